@@ -53,7 +53,8 @@ LevelPlans plans_by_level(const Levels& levels,
                           std::span<const LevelPlans> earlier = {});
 
 /// Half the size: the mean of 2 × 2 pixels of everything that is shown, in the type it is
-/// stored in; pixels that the file does not store are black. The display window starts at 0, 0.
+/// stored in, of integers the first; pixels that the file does not store are black. The display
+/// window starts at 0, 0.
 image::Image half_size(const LayerStack& stack);
 
 }  // namespace velatura::compositor::window

@@ -227,35 +227,54 @@ void Session::refresh(size_t index) {
     }
     std::vector<LevelPlans> earlier;
     for (const auto& known : pictures_) {
-        if (known && known->levels == levels_of(index)) earlier.push_back(known->plans);
+        if (!known || known->levels != levels_of(index)) continue;
+        earlier.push_back(known->plans);
+        if (!known->matte.empty()) earlier.push_back(known->matte);
+    }
+    LevelPlans drawn;
+    if (!mode->matte.empty()) {
+        MixPlan of_matte;
+        of_matte.mattes.push_back({mode->matte, nullptr, {}});
+        if (auto read = read_mattes(index, of_matte); !read) {
+            look_errors_[index] = read.error().message;
+            return;
+        }
+        drawn = plans_by_level(*levels_of(index), std::move(of_matte), earlier);
     }
     picture = std::make_shared<const PictureTask>(PictureTask{
         ++last_version_, wanted, plans_by_level(*levels_of(index), std::move(*plan), earlier),
-        std::move(*transform), *mode, levels_of(index)});
+        std::move(*transform), *mode, levels_of(index), std::move(drawn)});
 }
 
-/// As plan_mix, but mattes of the looks as they were are not read again.
-Result<MixPlan> Session::plan_for(size_t index, const Look& look) const {
-    const LayerStack& stack = levels_of(index)->stack(0);
-    auto plan = plan_gains(stack, look);
-    if (!plan) return plan;
+/// The values of a plan's mattes; those of the looks as they were are not read again.
+Result<void> Session::read_mattes(size_t index, MixPlan& plan) const {
     const auto is_known = [&](Matte& matte) {
         for (const auto& picture : pictures_) {
             if (!picture || picture->levels != levels_of(index)) continue;
-            for (const Matte& known : picture->plans[0]->mattes) {
-                if (known.text != matte.text) continue;
-                matte = known;
+            std::vector<Matte> known = picture->plans[0]->mattes;
+            if (!picture->matte.empty()) known.push_back(picture->matte[0]->mattes[0]);
+            for (const Matte& one : known) {
+                if (one.text != matte.text) continue;
+                matte = one;
                 return true;
             }
         }
         return false;
     };
-    for (Matte& matte : plan->mattes) {
+    for (Matte& matte : plan.mattes) {
         if (is_known(matte)) continue;
-        auto loaded = load_matte(stack, nullptr, matte.text);
+        auto loaded = load_matte(levels_of(index)->stack(0), nullptr, matte.text);
         if (!loaded) return loaded.error();
         matte = std::move(*loaded);
     }
+    return {};
+}
+
+/// As plan_mix.
+Result<MixPlan> Session::plan_for(size_t index, const Look& look) const {
+    auto plan = plan_gains(levels_of(index)->stack(0), look);
+    if (!plan) return plan;
+    if (auto read = read_mattes(index, *plan); !read) return read.error();
     return plan;
 }
 

@@ -69,12 +69,14 @@ bool Session::show_channel(Action action) {
     return false;
 }
 
-/// The mode, whose layer the compared file calls the same but may store elsewhere.
+/// The mode, whose layer the compared file calls the same but may store elsewhere, with the matte
+/// that is being picked.
 Result<ViewMode> Session::mode_of(size_t index) const {
-    if (!mode_.layer || levels_of(index) == levels_) return mode_;
+    ViewMode mode = mode_;
+    if (is_picking_) mode.matte = matte_;
+    if (!mode_.layer || levels_of(index) == levels_) return mode;
     for (const ShownLayer& layer : compared_->shown()) {
         if (layer.name != mode_.layer->name) continue;
-        ViewMode mode = mode_;
         mode.layer = layer;
         return mode;
     }
@@ -99,6 +101,7 @@ void Session::pick(int x, int y) {
         picked_.erase(at);
     }
     matte_ = matte_text(pick_layer_, picked_);
+    after_change();
     tell(matte_.empty() ? "rows act everywhere" : "rows act within " + matte_);
 }
 
@@ -110,6 +113,7 @@ void Session::set_pick_layer(const std::string& layer) {
 void Session::clear_matte() {
     picked_.clear();
     matte_.clear();
+    after_change();
 }
 
 /// Of a new file: the Cryptomatte of that name goes on, else its first.
@@ -118,7 +122,9 @@ void Session::keep_picks() {
     const std::vector<std::string>& layers = picker_.layers();
     if (std::find(layers.begin(), layers.end(), pick_layer_) != layers.end()) return;
     is_picking_ = false;
-    set_pick_layer(layers.empty() ? std::string() : layers.front());
+    pick_layer_ = layers.empty() ? std::string() : layers.front();
+    picked_.clear();
+    matte_.clear();
 }
 
 void Session::compare(std::string path, std::shared_ptr<const Levels> levels) {
@@ -180,6 +186,7 @@ bool Session::perform_on_view(Action action) {
             is_picking_ = !is_picking_ && !picker_.layers().empty();
             if (picker_.layers().empty())
                 tell("no Cryptomatte in this file: nothing to pick", true);
+            after_change();
             return true;
         case Action::MarkFaults: {
             ViewMode mode = mode_;

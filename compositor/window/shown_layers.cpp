@@ -70,9 +70,7 @@ std::vector<ShownLayer> shown_layers(const LayerStack& stack) {
     const image::Image& image = stack.image();
     for (size_t p = 0; p < image.parts.size(); ++p) {
         for (const image::Channel& channel : image.parts[p].channels) {
-            if (channel.type() == image::ChannelType::Uint) continue;
             const Belonging b = belonging_of(image.parts[p], channel.name);
-            if (is_half_image(stack, b.layer)) continue;
             ShownLayer& layer = layer_of(b.layer, p);
             if (b.place) {
                 layer.channels[*b.place] = channel.name;
@@ -102,6 +100,8 @@ std::vector<ShownLayer> shown_layers(const LayerStack& stack) {
     }
     std::stable_partition(layers.begin(), layers.end(),
                           [](const ShownLayer& l) { return l.name == "rgba"; });
+    std::stable_partition(layers.begin(), layers.end(),
+                          [&](const ShownLayer& l) { return !is_half_image(stack, l.name); });
     return layers;
 }
 

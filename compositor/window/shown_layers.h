@@ -21,8 +21,7 @@ struct ShownLayer {
     bool operator==(const ShownLayer&) const = default;
 };
 
-/// Those of the file in its order, `rgba` (the beauty as stored) first. Without half images and
-/// channels of integers, which are no colors.
+/// Those of the file in its order, `rgba` (the beauty as stored) first, half images last.
 std::vector<ShownLayer> shown_layers(const LayerStack& stack);
 
 }  // namespace velatura::compositor::window

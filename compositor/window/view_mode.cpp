@@ -146,6 +146,17 @@ const std::array<uint8_t, 3>* mark_of(
     return nullptr;
 }
 
+/// Over the bytes of the screen, so that it is the same red in any view.
+void draw_matte(const Tile& tile, const std::vector<float>& matte, std::vector<uint8_t>& rgba) {
+    tile.for_stored([&](size_t to, size_t from) {
+        const float share = matte_strength * matte[from];
+        for (size_t c = 0; c < 3; ++c) {
+            uint8_t& byte = rgba[4 * to + c];
+            byte = uint8_t(std::lround((1 - share) * float(byte) + share * float(matte_color[c])));
+        }
+    });
+}
+
 }  // namespace
 
 std::span<const ChannelChoice> channel_choices() {
@@ -206,6 +217,7 @@ ShownTile show_tile(const TileSource& source, const ViewMode& mode, const image:
         if (mark && mode.marks_faults)
             std::copy(mark->begin(), mark->end(), out.rgba.begin() + std::ptrdiff_t(4 * i));
     }
+    if (source.matte) draw_matte(tile, *source.matte, out.rgba);
     return out;
 }
 

@@ -36,6 +36,7 @@ struct ViewMode {
     std::optional<ShownLayer> layer;  ///< none: the mix
     ShownChannel channel = ShownChannel::Color;
     bool marks_faults = false;  ///< over the image
+    std::string matte = {};     ///< drawn over the image in red, as `--matte` reads it; empty: none
 
     bool operator==(const ViewMode&) const = default;
 
@@ -61,6 +62,9 @@ struct Faults {
 /// Colors that mark them, as bytes.
 inline constexpr std::array<uint8_t, 3> not_finite_mark = {255, 0, 255}, above_mark = {255, 60, 0},
                                         below_mark = {0, 90, 255};
+/// What a matte is drawn in, and how much of it covers the image.
+inline constexpr std::array<uint8_t, 3> matte_color = {255, 0, 0};
+inline constexpr float matte_strength = 0.5f;
 
 struct ShownTile {
     std::vector<uint8_t> rgba;  ///< [pixel][4], opaque
@@ -73,7 +77,8 @@ struct TileSource {
     const MixPlan& plan;
     float exposure_stops = 0;
     const image::DisplayTransform& transform;
-    const std::set<std::string>& not_finite;  ///< channels with such values (Levels)
+    const std::set<std::string>& not_finite;    ///< channels with such values (Levels)
+    const std::vector<float>* matte = nullptr;  ///< of the data window; null: none is drawn
 };
 
 /// A tile of the picture as the mode says. The mix in color without marks is display_rgba of

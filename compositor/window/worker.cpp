@@ -143,10 +143,11 @@ void Worker::mix_batch(const WorkRequest& request, const TileBatch& batch) {
         tile.level = batch.level;
         tile.version = task.version;
         tile.window = order_.grid(batch.level).window(batch.tiles[i]);
-        ShownTile shown =
-            show_tile({levels.stack(batch.level), *task.plans[batch.level],
-                       task.look.exposure_stops, *task.transform, levels.not_finite()},
-                      task.mode, tile.window);
+        ShownTile shown = show_tile(
+            {levels.stack(batch.level), *task.plans[batch.level], task.look.exposure_stops,
+             *task.transform, levels.not_finite(),
+             task.matte.empty() ? nullptr : task.matte[batch.level]->mattes[0].values.get()},
+            task.mode, tile.window);
         tile.rgba = std::move(shown.rgba);
         tile.faults = shown.faults;
     });

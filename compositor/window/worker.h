@@ -28,6 +28,7 @@ struct PictureTask {
     std::shared_ptr<const image::DisplayTransform> transform;
     ViewMode mode = {};
     std::shared_ptr<const Levels> levels = {};  ///< of its file; null: that of the request
+    LevelPlans matte = {};  ///< plans of nothing but the matte that is drawn; empty: none
 };
 
 struct WorkRequest {

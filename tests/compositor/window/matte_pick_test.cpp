@@ -114,6 +114,46 @@ TEST(Session, RowsActWithinWhatWasPicked) {
     EXPECT_EQ(session.look().controls.size(), 2u);
 }
 
+/// Red over the bytes of the screen: half of it where the matte is 1, as far as it covers a pixel.
+TEST(Session, TheMatteIsDrawnWhileItIsPicked) {
+    Session session{RecentFiles("")};
+    const auto levels = made_levels();
+    session.show("drawn.exr", levels);
+    session.press(*key_press_of("p"));
+    EXPECT_TRUE(session.picture(0)->matte.empty());
+    session.pick(2, 1);
+    const PictureTask& task = *session.picture(0);
+    ASSERT_EQ(task.matte.size(), levels->count());
+    const std::vector<float>& matte = *task.matte[0]->mattes[0].values;
+    const auto shown = [&](const std::vector<float>* drawn) {
+        return show_tile(
+            {levels->stack(0), *task.plans[0], 0, *task.transform, levels->not_finite(), drawn},
+            task.mode, levels->frame(0));
+    };
+    const ShownTile with = shown(&matte), without = shown(nullptr);
+    size_t reddened = 0;
+    for (int y = 0; y < 4; ++y) {
+        for (int x = 0; x < 8; ++x) {
+            const size_t i = 4 * size_t(8 * y + x);
+            const image::Window data = levels->stack(0).image().data;
+            const float share = data.contains(x, y) ? 0.5f * matte[data.index(x, y)] : 0.0f;
+            reddened += share > 0;
+            for (size_t c = 0; c < 3; ++c) {
+                const float red = c == 0 ? 255.0f : 0.0f;
+                EXPECT_NEAR(with.rgba[i + c],
+                            (1 - share) * float(without.rgba[i + c]) + share * red, 0.5001)
+                    << x << " " << y;
+            }
+        }
+    }
+    // Pixels 0 and 4 show the vase, 3 and 7 a quarter of it
+    EXPECT_EQ(reddened, 4u);
+    // What is read at a pixel, and what is written, is the picture
+    EXPECT_TRUE(session.screen_tile(0, levels->frame(0)).rgba == without.rgba);
+    session.press(*key_press_of("p"));
+    EXPECT_TRUE(session.picture(0)->matte.empty()) << "not while nothing is picked";
+}
+
 TEST(Session, ObjectsWithoutANameAreSaid) {
     image::Image image = made_image();
     image::Cryptomatte none{"CryptoObject", {{names[0], image::matte_id(names[0])}}};

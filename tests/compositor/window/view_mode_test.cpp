@@ -106,6 +106,46 @@ TEST(ShownLayers, ChannelsAreGroupedAndEveryOneIsShown) {
     EXPECT_EQ(levels->shown()[3].channels, (std::array<std::string, 4>{"Z", "Z", "Z", ""}));
 }
 
+TEST(ShownLayers, IntegersAreListedAndNotAveraged) {
+    image::Image image;
+    image.data = image.display = {0, 0, 4, 2};
+    image::Part& part = image.parts.emplace_back();
+    for (const char* name : {"R", "G", "B"})
+        part.channels.push_back(image::Channel::make(name, image::ChannelType::Half, 8));
+    image::Channel ids = image::Channel::make("objectId", image::ChannelType::Uint, 8);
+    std::get<std::vector<uint32_t>>(ids.data) = {7, 9, 4294967295u, 1, 9, 9, 9, 9};
+    part.channels.push_back(ids);
+    auto stack = LayerStack::from_image(std::move(image), ForeignFiles::Plain);
+    ASSERT_TRUE(stack.has_value());
+    const auto layers = shown_layers(*stack);
+    ASSERT_EQ(layers.size(), 2u);
+    EXPECT_EQ(layers[1].name, "objectId");
+    const image::Image half = half_size(*stack);
+    EXPECT_EQ(std::get<std::vector<uint32_t>>(half.find("objectId")->data),
+              (std::vector<uint32_t>{7, 4294967295u}));
+}
+
+TEST(ShownLayers, HalfImagesAreListedLast) {
+    film::LayerSet set = film::test_layer_set();
+    set.halves = true;
+    film::Film film({0, 0, 8, 4}, set);
+    film::render(film, 0, 2);
+    const std::string path = film::temporary_file("shown_halves.exr");
+    ASSERT_TRUE(film.write(path, {}).has_value());
+    const auto stack = LayerStack::load(path);
+    ASSERT_TRUE(stack.has_value());
+    bool is_half = false;
+    size_t halves = 0;
+    for (const ShownLayer& layer : shown_layers(*stack)) {
+        const image::LayerEntry* entry = stack->header().find(layer.name);
+        const bool is_one = entry && entry->family == "halves";
+        EXPECT_TRUE(is_one || !is_half) << layer.name;
+        is_half = is_half || is_one;
+        halves += is_one;
+    }
+    EXPECT_GT(halves, 0u);
+}
+
 TEST(ViewMode, TheMixInColorIsThatOfTheCommand) {
     const auto levels = small_levels();
     const auto plan = plan_mix(levels->stack(0), {});
