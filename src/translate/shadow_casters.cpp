@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/shadow_casters.h"
 
+#include "translate/caster_tree.h"
 #include "translate/linking.h"
 #include "translate/values.h"
 #include "usd/stage/collection.h"
@@ -8,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <set>
 #include <string>
@@ -23,7 +25,7 @@ using scene::CasterId;
 using usd::layer::Path;
 
 constexpr const char* caster_attribute = "velatura:shadow:caster";
-constexpr size_t many_casters = 64;
+constexpr size_t many_casters = CasterTree::many_casters;
 /// Every light has a layer of each, which takes memory in every thread.
 constexpr size_t most_casters = 1024;
 
@@ -33,7 +35,7 @@ class CasterFinder {
 
     void run() {
         read_patterns();
-        if (patterns_.empty()) find_lone_root();
+        if (patterns_.empty()) divide_the_rest();
         scene::Scene& scene = ctx_.scene;
         for (size_t i = 0; i < scene.shapes.size(); ++i)
             casters().shapes.push_back(caster_of(place_of_shape(i), scene.shapes[i].provenance));
@@ -79,7 +81,9 @@ class CasterFinder {
         if (!patterns_.empty()) return find_by_pattern(paths);
         if (const std::string name = authored_name(paths); !name.empty())
             return add("name " + name, {name, ""});
-        const Prim prim = lone_root_ ? part_below(lone_root_, paths) : model_of(paths);
+        if (const Prim component = component_of(paths); component && !divides_component_)
+            return add_prim(component);
+        const Prim prim = ctx_.stage.prim_at(tree_.caster_of(way_to(paths)));
         return prim ? add_prim(prim) : scene::none;
     }
 
@@ -93,44 +97,37 @@ class CasterFinder {
         return {};
     }
 
-    /// The nearest component, else the nearest model, else the thing itself.
-    Prim model_of(const std::vector<Path>& paths) const {
-        for (const bool components : {true, false}) {
-            for (const Path& path : paths) {
-                for (Prim p = ctx_.stage.prim_at(path); p && !p.is_pseudo_root(); p = p.parent()) {
-                    const bool is_component = p.kind() == "component" && p.is_model();
-                    if (components ? is_component : p.is_model()) return p;
-                }
+    /// The outermost component above a thing, whether or not the kinds above that make it a model.
+    Prim component_of(const std::vector<Path>& paths) const {
+        for (const Path& path : paths) {
+            Prim component;
+            for (Prim p = ctx_.stage.prim_at(path); p && !p.is_pseudo_root(); p = p.parent())
+                if (p.kind() == "component") component = p;
+            if (component) return component;
+        }
+        return {};
+    }
+
+    /// From the root to the outermost point instancer, and so on inwards.
+    std::vector<CasterTree::Step> way_to(const std::vector<Path>& paths) const {
+        std::vector<CasterTree::Step> way;
+        for (auto path = paths.rbegin(); path != paths.rend(); ++path) {
+            for (const Path& prefix : path->prefixes()) {
+                const auto is_here = [&](const CasterTree::Step& s) { return s.prim == prefix; };
+                if (std::any_of(way.begin(), way.end(), is_here)) continue;
+                const Prim prim = ctx_.stage.prim_at(prefix);
+                way.push_back(
+                    {prefix, prim && (prim.kind() == "subcomponent" || prim.is_instance() ||
+                                      prim.type_name() == "PointInstancer")});
             }
         }
-        return ctx_.stage.prim_at(paths.front());
+        return way;
     }
 
-    /// The nearest subcomponent below a prim, else its child that holds the thing, as the outermost
-    /// point instancer stands; the prim itself where the thing is not below it.
-    Prim part_below(Prim root, const std::vector<Path>& paths) const {
-        const auto is_below = [&](const Path& path) {
-            return path != root.path() && path.has_prefix(root.path());
-        };
-        for (const Path& path : paths) {
-            if (!is_below(path)) continue;
-            for (Prim p = ctx_.stage.prim_at(path); p && !(p == root); p = p.parent())
-                if (p.kind() == "subcomponent") return p;
-        }
-        for (auto path = paths.rbegin(); path != paths.rend(); ++path) {
-            if (!is_below(*path)) continue;
-            Prim p = ctx_.stage.prim_at(*path);
-            while (p && !(p.parent() == root)) p = p.parent();
-            if (p) return p;
-        }
-        return root;
-    }
-
-    /// Where one model holds everything, shadows are told apart by what is below it: by the first
-    /// prims there that differ.
-    void find_lone_root() {
+    /// Every distinct list of paths.
+    std::vector<std::vector<Path>> all_paths() const {
         std::vector<std::vector<Path>> things;
-        scene::Scene& scene = ctx_.scene;
+        const scene::Scene& scene = ctx_.scene;
         for (size_t i = 0; i < scene.shapes.size(); ++i)
             things.push_back(places_of(ctx_, place_of_shape(i), scene.shapes[i].provenance));
         std::set<std::pair<uint32_t, uint32_t>> known;  // place, prototype
@@ -142,26 +139,32 @@ class CasterFinder {
         }
         for (size_t i = 0; i < scene.volumes.size(); ++i)
             things.push_back(places_of(ctx_, ctx_.place_of_volume[i], scene.volumes[i].provenance));
+        return things;
+    }
 
-        const auto common = [&](const auto& prim_of) {
-            Prim one;
-            for (const std::vector<Path>& paths : things) {
-                const Prim prim = prim_of(paths);
-                if (!prim || (one && !(one == prim))) return Prim();
-                one = prim;
-            }
-            return one;
-        };
-        for (const std::vector<Path>& paths : things)
-            if (!authored_name(paths).empty()) return;
-        Prim root = common([&](const std::vector<Path>& paths) { return model_of(paths); });
-        while (root) {
-            const Prim below =
-                common([&](const std::vector<Path>& paths) { return part_below(root, paths); });
-            if (!below) lone_root_ = root;  // its parts differ
-            if (!below || below == root) return;
-            root = below;
+    /// What has no component is divided by the prims that hold it, and so is the one component that
+    /// holds everything: as the only caster it would let no shadow be chosen.
+    void divide_the_rest() {
+        const std::vector<std::vector<Path>> things = all_paths();
+        std::set<std::string> others;
+        std::vector<const std::vector<Path>*> loose, chosen;
+        bool has_names = false;
+        for (const std::vector<Path>& paths : things) {
+            const std::string name = authored_name(paths);
+            const Prim component = name.empty() ? component_of(paths) : Prim();
+            has_names |= !name.empty();
+            if (!name.empty()) others.insert("name " + name);
+            if (component) others.insert("prim " + component.path_string());
+            (name.empty() && !component ? loose : chosen).push_back(&paths);
         }
+        divides_component_ = loose.empty() && !has_names && others.size() == 1;
+        if (divides_component_) {
+            std::swap(loose, chosen);
+            others.clear();
+        }
+        for (const auto* paths : loose) tree_.add(way_to(*paths));
+        for (const auto* paths : chosen) tree_.add_other(way_to(*paths));
+        tree_.divide(others.size());
     }
 
     void read_patterns() {
@@ -242,7 +245,8 @@ class CasterFinder {
     };
 
     Context& ctx_;
-    Prim lone_root_;  ///< whose parts are the casters; invalid: models are
+    CasterTree tree_;                 ///< of what nothing else names
+    bool divides_component_ = false;  ///< the only one
     std::vector<Pattern> patterns_;
     std::unordered_map<Path, bool> matched_;
     std::map<std::pair<uint32_t, scene::ProvenanceId>, CasterId> known_;

@@ -6,8 +6,8 @@
 namespace velatura::translate {
 
 /// Names what casts shadows, if that is wanted; once everything is placed. The name is that of
-/// `velatura:shadow:caster` on the prim or the nearest of its ancestors, else the nearest
-/// component, else the nearest model, else the prim itself. Instances go by their path below the
+/// `velatura:shadow:caster` on the prim or the nearest of its ancestors, else that of the outermost
+/// component, else that of a prim that CasterTree finds. Instances go by their path below the
 /// instance; what a point instancer places by its prototype's path and, where that tells nothing,
 /// its own.
 void find_casters(Context& ctx);

@@ -44,17 +44,64 @@ std::string xform(const std::string& name, const std::string& metadata, const st
 
 }  // namespace
 
-TEST(Casters, AreTheNearestComponentsElseModelsElsePrims) {
+TEST(Casters, AreComponentsElsePrims) {
     EXPECT_EQ(casters_of(quad("Wall")), "/Wall ");
-    EXPECT_EQ(casters_of(xform("Set", "", quad("Wall"))), "/Set/Wall ");
+    EXPECT_EQ(casters_of(xform("Set", "", quad("Wall"))), "/Set ");
     const std::string chair =
         xform("Chair", "kind = \"component\"",
               quad("Leg") + xform("Seat", "kind = \"subcomponent\"", quad("Cushion")));
     EXPECT_EQ(casters_of(chair + quad("Wall")), "/Chair /Chair /Wall ");
     EXPECT_EQ(casters_of(xform("Set", "kind = \"group\"", chair + quad("Wall"))),
-              "/Set/Chair /Set/Chair /Set ");
-    // A component below what is no model is none
-    EXPECT_EQ(casters_of(xform("Set", "", chair)), "/Set/Chair/Leg /Set/Chair/Seat/Cushion ");
+              "/Set/Chair /Set/Chair /Set/Wall ");
+    // Also where the prims above make no chain of models: the most common slip
+    EXPECT_EQ(casters_of(xform("Set", "", chair + quad("Wall"))),
+              "/Set/Chair /Set/Chair /Set/Wall ");
+    // A component within another is a part of it
+    EXPECT_EQ(casters_of(xform("Room", "kind = \"component\"", chair) + quad("Wall")),
+              "/Room /Room /Wall ");
+}
+
+// What stands beside components is told apart from them, and from its like
+TEST(Casters, BesideComponentsAreThePrimsOfTheSameGroup) {
+    const std::string chair = xform("Chair", "kind = \"component\"", quad("Leg"));
+    const std::string vase = xform("Vase", "", quad("Foot") + quad("Neck"));
+    // Many components already: the loose things are divided where a component stands among them
+    // (World, Set), and no further (Vase, Shelf)
+    std::string chairs;
+    for (int i = 0; i < 8; ++i)
+        chairs += xform(fmt::format("C{}", i), "kind = \"component\"", quad("Leg"));
+    EXPECT_EQ(casters_of(xform("World", "kind = \"assembly\"",
+                               xform("Set", "kind = \"group\"", chairs + quad("Floor") + vase) +
+                                   xform("Shelf", "", quad("A") + quad("B")))),
+              "/World/Set/C0 /World/Set/C1 /World/Set/C2 /World/Set/C3 /World/Set/C4 "
+              "/World/Set/C5 /World/Set/C6 /World/Set/C7 /World/Set/Floor /World/Set/Vase "
+              "/World/Set/Vase /World/Shelf /World/Shelf ");
+    // Few: groups are divided, too
+    EXPECT_EQ(casters_of(xform("World", "", chair + vase)),
+              "/World/Chair /World/Vase/Foot /World/Vase/Neck ");
+}
+
+// By level, until there are 8: of two groups with four things each the things, of eight groups the
+// groups. Never to more than 64: a group that is too large stays whole and others do not.
+TEST(Casters, AreDividedByLevelsAsFarAsItHelps) {
+    const auto group = [](const std::string& name, int things) {
+        std::string body;
+        for (int i = 0; i < things; ++i) body += quad(fmt::format("T{:03}", i));
+        return xform(name, "", body);
+    };
+    const auto count = [&](const std::string& text) {
+        Translated out;
+        casters_of(text, out);
+        EXPECT_EQ(out.count("many-casters"), 0u);
+        return out.scene.casters.list.size();
+    };
+    EXPECT_EQ(count(xform("World", "", group("A", 4) + group("B", 4))), 8u);
+    std::string eight;
+    for (int i = 0; i < 8; ++i) eight += group(fmt::format("G{}", i), 5);
+    EXPECT_EQ(count(xform("World", "", eight)), 8u);
+    EXPECT_EQ(count(xform("World", "", group("A", 63) + group("B", 1))), 64u);
+    EXPECT_EQ(count(xform("World", "", group("A", 64) + group("B", 5))), 6u);
+    EXPECT_EQ(count(xform("World", "", group("A", 5) + group("B", 100) + group("C", 5))), 11u);
 }
 
 // One model around everything would be the only caster, and no shadow could be chosen: its parts
@@ -62,23 +109,22 @@ TEST(Casters, AreTheNearestComponentsElseModelsElsePrims) {
 TEST(Casters, BelowALoneRootAreItsParts) {
     const std::string assembly = "kind = \"assembly\"", component = "kind = \"component\"";
     const std::string vase = xform("Vase", "", quad("Foot") + quad("Neck"));
-    EXPECT_EQ(casters_of(xform("World", assembly, quad("Floor") + vase)),
-              "/World/Floor /World/Vase /World/Vase ");
-    EXPECT_EQ(casters_of(xform("World", component, quad("Floor") + vase)),
-              "/World/Floor /World/Vase /World/Vase ");
+    for (const std::string& kind : {assembly, component})
+        EXPECT_EQ(casters_of(xform("World", kind, quad("Floor") + vase)),
+                  "/World/Floor /World/Vase/Foot /World/Vase/Neck ");
     // Through prims that hold everything, too
     EXPECT_EQ(casters_of(xform("World", assembly, xform("Geo", "", quad("Floor") + vase))),
-              "/World/Geo/Floor /World/Geo/Vase /World/Geo/Vase ");
+              "/World/Geo/Floor /World/Geo/Vase/Foot /World/Geo/Vase/Neck ");
     // Models below it are found as ever, and subcomponents are the models of a component
     EXPECT_EQ(casters_of(
                   xform("World", assembly, quad("Floor") + xform("Vase", component, quad("Foot")))),
-              "/World /World/Vase ");
+              "/World/Floor /World/Vase ");
     EXPECT_EQ(casters_of(xform(
                   "World", component,
                   xform("Set", "",
                         xform("Chair", "kind = \"subcomponent\"", quad("Leg") + quad("Seat")) +
                             quad("Wall")))),
-              "/World/Set/Chair /World/Set/Chair /World/Set ");
+              "/World/Set/Chair /World/Set/Chair /World/Set/Wall ");
     // What cannot be divided stays what it is called
     EXPECT_EQ(casters_of(xform("World", assembly, xform("Geo", "", quad("Floor")))), "/World ");
     // Instances go by where they are
@@ -91,7 +137,7 @@ TEST(Casters, BelowALoneRootAreItsParts) {
     EXPECT_EQ(
         casters_of(xform("World", assembly,
                          quad("Floor") + quad("Vase", "string velatura:shadow:caster = \"vase\""))),
-        "/World 'vase' ");
+        "/World/Floor 'vase' ");
 }
 
 TEST(Casters, ByPatternsAreThosePrimsAndTheRest) {
