@@ -75,7 +75,7 @@ image::FileInfo FrameWriter::file_info(const integrator::ErrorCurve& curve,
     image::FileInfo info = renderer_.file_info();
     info.layout = job_.layout;
     info.compression = job_.compression;
-    info.store_sums = keeps_sums(job_);
+    info.store_sums = is_finished_ ? keeps_final_sums(job_) : keeps_sums(job_);
     info.scene_hash = fmt::format("{:016x}", input_.content_hash);
     info.settings_hash = settings_hash(settings_, renderer_.layers(), renderer_.window());
     info.scene_json = scene_json(input_, info.scene_hash);

@@ -33,6 +33,9 @@ class FrameWriter {
           top_ups_(top_ups),
           memory_(memory) {}
 
+    /// What is written from here on is neither an interim image nor what was stopped.
+    void set_finished() { is_finished_ = true; }
+
     /// broken: effects that ran though the plan has them off. What was rendered for hours is not
     /// lost for some megabytes: a second try takes less memory, and longer.
     Result<image::WriteReport> write(const integrator::ErrorCurve& curve,
@@ -68,6 +71,7 @@ class FrameWriter {
     const FrameSettings& settings_;
     const std::string& top_ups_;
     MemoryWatch& memory_;
+    bool is_finished_ = false;
 };
 
 }  // namespace velatura::app

@@ -77,7 +77,7 @@ PictureNeeds::File expected_file(const RenderJob& job, const FrameInput& input) 
     file.channels = counts.total();
     file.most_bytes = pixels * (uint64_t(counts.as_chosen) * (layers.float_layers ? 4 : 2) +
                                 uint64_t(counts.as_half) * 2 + uint64_t(counts.as_float) * 4);
-    file.sums_bytes = keeps_sums(job)
+    file.sums_bytes = keeps_final_sums(job)
                           ? image::SampleSums::expected_bytes(
                                 data_window(input.scene.settings, job.arguments.crop), layers)
                           : 0;

@@ -291,8 +291,9 @@ void declare_render_options(Command& command, RenderArguments& a) {
         .not_empty();
     report
         .add_option("--snapshot", a.snapshot,
-                    "progressive: write an interim picture this often, e.g. 10s; keeps the "
-                    "sums, so that --resume can go on")
+                    "progressive: write an interim image this often, e.g. 10s; it keeps the sums, "
+                    "so that --resume can go on from it; the finished file needs --keep-sums for "
+                    "that")
         .not_empty();
     report
         .add_option("--progress", a.progress,

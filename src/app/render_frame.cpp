@@ -255,6 +255,7 @@ class FrameRenderer {
             return is_short_of_memory_ ? int(MemoryReached)
                                        : SignalBase + StopSignals::signal_number();
         }
+        if (!is_stopped) writer.set_finished();
         const std::vector<scene::Effect> broken =
             integrator::broken_promises(input_.plan, result.rays.effects);
         const Result<image::WriteReport> written = writer.write(result.curve, broken);

@@ -317,10 +317,13 @@ bool has_exr_extension(const std::string& path) {
     return end == ".exr";
 }
 
-bool keeps_sums(const RenderJob& job) {
+bool keeps_final_sums(const RenderJob& job) {
     const RenderArguments& a = job.arguments;
-    return a.keep_sums || a.resume || !a.checkpoint.empty() || !a.snapshot.empty() ||
-           !a.samples.empty();
+    return a.keep_sums || a.resume || !a.checkpoint.empty() || !a.samples.empty();
+}
+
+bool keeps_sums(const RenderJob& job) {
+    return keeps_final_sums(job) || !job.arguments.snapshot.empty();
 }
 
 Result<RenderJob> make_render_job(const RenderArguments& a) {
@@ -355,7 +358,7 @@ Result<RenderJob> make_render_job(const RenderArguments& a) {
         return ok.error();
     if (checkpoint_s > 0 && a.exr_layout == "split")
         return usage("--checkpoint replaces one file in one step: leave out --exr-layout split");
-    // An interim picture has sums, as a checkpoint: of both the more frequent
+    // An interim image has sums, as a checkpoint: of both the more frequent
     double& interval_s = settings.schedule.snapshot_interval_s;
     if (checkpoint_s > 0)
         interval_s = interval_s > 0 ? std::min(interval_s, checkpoint_s) : checkpoint_s;

@@ -27,8 +27,11 @@ struct RenderJob {
     std::optional<std::array<uint64_t, 3>> replay;  ///< x, y, sample
 };
 
-/// Whether files hold the exact sums: to be merged, or gone on from.
+/// Whether files of a render that is not finished hold the exact sums: to be gone on from.
 bool keeps_sums(const RenderJob& job);
+
+/// Whether the finished file holds them, too, which --snapshot alone does not ask for.
+bool keeps_final_sums(const RenderJob& job);
 
 /// Checks values and combinations of options. Errors: "usage" (exit 2).
 Result<RenderJob> make_render_job(const RenderArguments& arguments);

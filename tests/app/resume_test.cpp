@@ -5,6 +5,7 @@
 #include "command.h"
 #include "image/exr.h"
 #include "image/layer_header.h"
+#include "image/sums_part.h"
 #include "stored_zip.h"
 
 #include <fmt/format.h>
@@ -173,6 +174,44 @@ TEST_F(Resume, GoesOnFromASnapshot) {
         expect_same_file("part.exr", "whole.exr", often);
     }
     EXPECT_EQ(w.comp("verify part.exr").exit_code, 0);
+}
+
+/// Only what is not finished needs the sums, which triple the file: one that is finished has them
+/// when they are asked for. Its pixels are the same either way.
+TEST_F(Resume, ASnapshotThatIsFinishedKeepsNoSums) {
+    size = "16 12";
+    render("--spp 8 -o plain.exr");
+
+    const struct {
+        const char* options;
+        bool has_sums;
+    } cases[] = {
+        {"--snapshot 0.001s", false},
+        {"--snapshot 100s", false},
+        {"--snapshot 100s --time 60s", false},  // a budget that was not needed
+        {"--snapshot 0.001s --keep-sums", true},
+        {"--snapshot 0.001s --checkpoint 100s", true},
+    };
+
+    for (const auto& c : cases) {
+        render(fmt::format("--spp 8 {} -o out.exr", c.options));
+        const Result<image::Image> file = image::read_exr(w.path("out.exr"));
+        ASSERT_TRUE(file.has_value());
+        EXPECT_EQ(image::read_sums(*file).has_value(), c.has_sums) << c.options;
+        EXPECT_EQ(w.hash("out.exr"), w.hash("plain.exr")) << c.options;
+    }
+    // Of one that is stopped by a signal they are there, whether an interim image came or not
+    const std::string line = fmt::format(
+        "cd {} && ({}/velatura render s.usda --res {} -q --progress none --spp 1000000 --snapshot "
+        "0.01s -o stopped.exr & p=$!; for i in $(seq 2000); do [ -e stopped.exr ] && break; sleep "
+        "0.005; done; kill -TERM $p; wait $p)",
+        w.path(""), VELATURA_BIN_DIR, size);
+    const int status = std::system(line.c_str());
+    ASSERT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 128 + SIGTERM);
+    const Result<image::Image> file = image::read_exr(w.path("stopped.exr"));
+    ASSERT_TRUE(file.has_value());
+    EXPECT_TRUE(image::read_sums(*file).has_value());
 }
 
 TEST_F(Resume, BudgetsLeaveFilesThatGoOn) {
