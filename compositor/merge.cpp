@@ -2,6 +2,7 @@
 #include "compositor/merge.h"
 
 #include "compositor/layer_stack.h"
+#include "image/layer_header.h"
 #include "image/sums_part.h"
 
 #include <fmt/format.h>
@@ -79,9 +80,15 @@ std::string mismatch(const Input& a, const Input& b) {
     const auto differ = [&](const std::string& what) {
         return fmt::format("{} and {} {}", a.path, b.path, what);
     };
-    if (a.samples.scene_hash != b.samples.scene_hash)
+    if (a.samples.scene_hash != b.samples.scene_hash) {
+        const image::DifferentLayers layers =
+            image::different_layers(a.info.scene_json, b.info.scene_json);
+        if (!layers.a.empty())
+            return differ(fmt::format("show different scenes: {} in the first, {} in the second",
+                                      layers.a, layers.b));
         return differ(fmt::format("show different scenes: the hashes of their layers are {} and {}",
                                   a.samples.scene_hash, b.samples.scene_hash));
+    }
     const bool has_same_settings = a.samples.settings_hash == b.samples.settings_hash;
     const std::string settings =
         has_same_settings ? std::string() : differences(settings_of(a), settings_of(b));

@@ -75,8 +75,8 @@ int run_flatten(const FlattenArguments& arguments) {
     }
     if (arguments.layer_only && !arguments.assets.overrides.is_empty()) {
         fmt::print(stderr,
-                   "error: --layer writes one layer as it stands: leave out --session, --variant "
-                   "and --set [usage]\n");
+                   "error: --layer writes one layer as it stands, without other opinions: remove "
+                   "--session, --variant and --set, or --layer [usage]\n");
         return UsageError;
     }
     const bool as_crate = arguments.crate || extension == ".usdc";

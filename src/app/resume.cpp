@@ -63,8 +63,15 @@ Result<std::optional<EarlierPart>> read_earlier_part(const std::string& path) {
             "it holds no sums to go on from: render with --keep-sums, --checkpoint, --snapshot or "
             "--resume from the start");
     if (!sums) return refused(sums.error().message);
-    EarlierPart part{
-        std::move(*sums), header->samples.bad, {}, header->samples.scene_hash, 0, {}, "[]", {}};
+    EarlierPart part{std::move(*sums),
+                     header->samples.bad,
+                     {},
+                     header->samples.scene_hash,
+                     file->text(image::scene_attribute),
+                     0,
+                     {},
+                     "[]",
+                     {}};
     if (!parse_settings(file->text(image::settings_attribute), part))
         return refused("it does not say by which build and settings it was rendered");
     return std::optional<EarlierPart>(std::move(part));
@@ -115,8 +122,15 @@ std::string difference(const EarlierPart& earlier,
     if (earlier.build != build_id())
         return fmt::format("build {} of velatura rendered it, and this is {}", earlier.build,
                            build_id());
-    if (earlier.scene_hash != fmt::format("{:016x}", input.content_hash))
-        return "the scene's layers have changed";
+    if (earlier.scene_hash != fmt::format("{:016x}", input.content_hash)) {
+        const nlohmann::json now = {{"layers", input.layer_names}};
+        const image::DifferentLayers layers =
+            image::different_layers(earlier.scene_json, now.dump());
+        const std::string what = "the scene's layers have changed";
+        return layers.a.empty()
+                   ? what
+                   : fmt::format("{}: it had {}, this has {}", what, layers.a, layers.b);
+    }
     if (const std::string why = difference(earlier, settings); !why.empty()) return why;
     const image::Window window = data_window(input.scene.settings, job.arguments.crop);
     if (earlier.sums.window() != window)

@@ -18,7 +18,7 @@ namespace velatura::app {
 struct EarlierPart {
     image::SampleSums sums;
     std::vector<image::BadSample> bad;
-    std::string build, scene_hash;
+    std::string build, scene_hash, scene_json;
     uint64_t first_sample = 0;
     FrameSettings settings;
     std::string top_ups = "[]";    ///< JSON: by which looks samples were placed

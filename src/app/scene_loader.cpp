@@ -91,19 +91,20 @@ Result<LoadedStage> load_stage(const std::string& path,
     const char* const environment = std::getenv("PXR_AR_DEFAULT_SEARCH_PATH");
     for (std::string& folder : usd::compose::split_search_path(environment ? environment : ""))
         options.compose.search_paths.push_back(std::move(folder));
-    if (const auto ok = apply_overrides(assets.overrides, path, options); !ok) return ok.error();
-    Result<usd::stage::Stage> stage = usd::stage::Stage::open(path, options, diagnostics);
-    if (!stage) return stage.error();
-    LoadedStage loaded{std::move(*stage), 0, {}, 0};
+    Result<OverriddenStage> opened = open_stage(assets.overrides, path, options, diagnostics);
+    if (!opened) return opened.error();
+    LoadedStage loaded{std::move(opened->stage), 0, {}, 0};
     for (const std::string& file : loaded.stage.layer_files()) {
         if (file == override_layer_name()) {
             for (const std::string& text : assets.overrides.variants)
                 loaded.layer_names.push_back("--variant " + text);
             for (const std::string& text : assets.overrides.values)
                 loaded.layer_names.push_back("--set " + text);
-        } else {
-            loaded.layer_names.push_back(std::filesystem::path(file).filename().string());
+            loaded.content_hash =
+                hash_combine(loaded.content_hash, hash_string(opened->made_layer));
+            continue;
         }
+        loaded.layer_names.push_back(std::filesystem::path(file).filename().string());
         const Result<AssetBytesPtr> asset = open_asset_bytes(file);
         loaded.content_hash = hash_combine(
             loaded.content_hash, hash_string(asset ? (*asset)->bytes() : std::string_view(file)));

@@ -4,7 +4,6 @@
 #include "base/asset_bytes.h"
 #include "base/nearest_names.h"
 #include "translate/known_names.h"
-#include "usd/compose/layer_registry.h"
 #include "usd/layer/fields.h"
 #include "usd/stage/variants.h"
 #include "usd/text/reader.h"
@@ -14,7 +13,7 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <optional>
+#include <memory>
 #include <system_error>
 #include <utility>
 
@@ -116,32 +115,15 @@ Result<Prim> prim_to_author(const Stage& stage, Path path) {
     return parent;
 }
 
+/// The layer that holds what --variant and --set say.
 class OverrideLayer {
   public:
-    OverrideLayer() : layer_(override_layer_name()) {}
+    explicit OverrideLayer(Diagnostics& diagnostics)
+        : layer_(std::make_shared<Layer>(override_layer_name())), diagnostics_(diagnostics) {}
 
-    /// Stands above the session layer, and says of the stage what that says.
-    void put_above(const std::string& session, const usd::stage::StageOptions& options) {
-        Diagnostics told_when_it_is_composed;
-        usd::compose::LayerRegistry registry(options.compose.search_paths, 1,
-                                             told_when_it_is_composed);
-        const Result<usd::compose::LayerPtr> opened = registry.open(session);
-        const usd::layer::FieldNames& names = usd::layer::fields();
-        if (opened) {
-            for (const usd::layer::Field& field : (*opened)->pseudo_root().fields()) {
-                if (field.name == names.sub_layers || field.name == names.sub_layer_offsets ||
-                    field.name == names.layer_relocates || field.name == names.default_prim)
-                    continue;
-                layer_.pseudo_root().set_field(field.name, field.value, {});
-            }
-        }
-        layer_.pseudo_root().set_field(names.sub_layers, Value::array<std::string>({session}), {});
-        layer_.pseudo_root().set_field(
-            names.sub_layer_offsets,
-            Value(std::vector<usd::layer::LayerOffset>{usd::layer::LayerOffset{}}), {});
-    }
+    const std::shared_ptr<Layer>& layer() const { return layer_; }
 
-    void select(Path variant) {
+    void select(Path variant, const std::string& text) {
         usd::layer::Spec& spec = over(variant.prim_path());
         const Token field = usd::layer::fields().variant_selection;
         usd::layer::VariantSelections selections;
@@ -150,24 +132,30 @@ class OverrideLayer {
         const std::string set = variant.variant_set().str();
         std::erase_if(selections, [&](const auto& s) { return s.first == set; });
         selections.emplace_back(set, variant.variant().str());
-        spec.set_field(field, Value(std::move(selections)), {});
+        spec.set_field(field, Value(std::move(selections)), place("--variant", text));
+    }
+
+    /// Makes the prim's opinions count; before the stage is opened.
+    usd::layer::Spec& over(Path prim) {
+        for (const Path& prefix : prim.prefixes()) layer_->create_spec(prefix, SpecKind::Prim, {});
+        return *layer_->spec(prim);
     }
 
     /// Error: the message alone.
-    Result<void> set(const Stage& stage, const TypedValue& typed) {
+    Result<void> set(const Stage& stage, const TypedValue& typed, const std::string& text) {
         const Result<Prim> prim = prim_to_author(stage, typed.property.prim_path());
         if (!prim) return prim.error();
         const Result<std::string> declaration = declaration_of(*prim, typed);
         if (!declaration) return declaration.error();
-        return author(typed, *declaration, value_text(*declaration, typed));
+        return author(typed, *declaration, value_text(*declaration, typed), place("--set", text));
     }
 
-    std::string text() const { return usd::text::write_text_layer(layer_); }
+    std::string text() const { return usd::text::write_text_layer(*layer_); }
 
   private:
-    usd::layer::Spec& over(Path prim) {
-        for (const Path& prefix : prim.prefixes()) layer_.create_spec(prefix, SpecKind::Prim, {});
-        return *layer_.spec(prim);
+    /// Messages name the option where they name the file of other opinions.
+    SourceLoc place(const char* option, const std::string& text) {
+        return {diagnostics_.file_id(fmt::format("{} {}", option, text)), 0, 0};
     }
 
     /// What stands before the name in a layer.
@@ -201,7 +189,8 @@ class OverrideLayer {
 
     Result<void> author(const TypedValue& typed,
                         const std::string& declaration,
-                        const std::string& value) {
+                        const std::string& value,
+                        SourceLoc loc) {
         const auto problem = [](std::string message) { return Error{"usage", std::move(message)}; };
         const std::vector<Path> prims = typed.property.prim_path().prefixes();
         std::string before = "#usda 1.0\n", after;
@@ -231,13 +220,15 @@ class OverrideLayer {
         if (!property || (*read)->spec_count() != prims.size() + 2)
             return problem("the value is more than one value");
         over(typed.property.prim_path());
-        usd::layer::Spec& spec = layer_.create_spec(typed.property, property->kind(), {});
+        usd::layer::Spec& spec = layer_->create_spec(typed.property, property->kind(), loc);
+        spec.set_loc(loc);
         for (const usd::layer::Field& field : property->fields())
-            spec.set_field(field.name, field.value, {});
+            spec.set_field(field.name, field.value, loc);
         return {};
     }
 
-    Layer layer_;
+    std::shared_ptr<Layer> layer_;
+    Diagnostics& diagnostics_;
 };
 
 /// Whether the composed stage has what --variant chose.
@@ -259,6 +250,34 @@ Result<void> check_variant(const Stage& stage, Path variant) {
                                       sets.empty() ? "it has none" : "it has " + list(sets))};
 }
 
+/// Whether something at the other end of a connection takes the place of the attribute's value.
+bool has_value_source(const Stage& stage, Path target) {
+    const Prim prim = stage.prim_at(target.prim_path());
+    if (!prim) return false;
+    const std::string name = target.name().str();
+    const usd::stage::Attribute source = prim.attribute(name);
+    return source.has_authored_value() || source.has_authored_connections() ||
+           (prim.type_name() == "Shader" && name.starts_with("outputs:"));
+}
+
+/// Of shading inputs and outputs a connection is stronger than a value.
+void warn_of_connection(const Stage& stage,
+                        const TypedValue& typed,
+                        const std::string& text,
+                        Diagnostics& diagnostics) {
+    const std::string name = typed.property.name().str();
+    if (typed.is_connection || !(name.starts_with("inputs:") || name.starts_with("outputs:")))
+        return;
+    const Prim prim = stage.prim_at(typed.property.prim_path());
+    const std::vector<Path> targets = prim.attribute(name).connections();
+    if (targets.empty() || !has_value_source(stage, targets.front())) return;
+    diagnostics.warn(
+        "set-connected", {diagnostics.file_id("--set " + text), 0, 0}, prim.path_string(),
+        fmt::format("the value has no effect: {} is connected to <{}>, which is stronger; --set "
+                    "'{}.connect=None' removes the connection",
+                    name, targets.front().to_string(), typed.property.to_string()));
+}
+
 /// Errors of the parser for an option's check.
 template <class Parse>
 auto problem_of(Parse parse) {
@@ -272,10 +291,14 @@ auto problem_of(Parse parse) {
 
 void add_override_options(Command& command, SceneOverrides& overrides) {
     command
-        .add_option("--session", overrides.session,
+        .add_option("--session", overrides.sessions,
                     "layer with opinions stronger than the scene's (session layer), such as the "
-                    "one that velatura-comp bake writes")
-        .type_name("FILE");
+                    "one that velatura-comp bake writes; may be repeated, the last is the "
+                    "strongest")
+        .type_name("FILE")
+        .expected(1)
+        .take_all()
+        .reads();
     command
         .add_option("--variant", overrides.variants,
                     "select a variant, above --session; may be repeated")
@@ -299,36 +322,36 @@ std::string override_layer_name() {
     return absolute("command line");
 }
 
-Result<void> apply_overrides(const SceneOverrides& overrides,
-                             const std::string& scene,
-                             usd::stage::StageOptions& options) {
-    if (!overrides.session.empty()) {
-        options.session_layer = absolute(overrides.session);
-        if (!asset_exists(options.session_layer))
-            return usage("--session", overrides.session, "there is no such file");
+Result<OverriddenStage> open_stage(const SceneOverrides& overrides,
+                                   const std::string& scene,
+                                   usd::stage::StageOptions options,
+                                   Diagnostics& diagnostics) {
+    for (auto file = overrides.sessions.rbegin(); file != overrides.sessions.rend(); ++file) {
+        options.session_layers.push_back(absolute(*file));
+        if (!asset_exists(options.session_layers.back()))
+            return usage("--session", *file, "there is no such file");
     }
-    if (overrides.variants.empty() && overrides.values.empty()) return {};
+    OverrideLayer layer(diagnostics);
+    for (const std::string& text : overrides.variants) layer.select(*parse_variant(text), text);
+    for (const std::string& text : overrides.values)
+        layer.over(parse_value(text)->property.prim_path());
+    const bool has_layer = !overrides.variants.empty() || !overrides.values.empty();
+    if (has_layer) options.made_layer = layer.layer();
 
-    OverrideLayer layer;
-    if (!options.session_layer.empty()) layer.put_above(options.session_layer, options);
-    for (const std::string& text : overrides.variants) layer.select(*parse_variant(text));
-    options.session_layer = override_layer_name();
-    set_memory_asset(options.session_layer, layer.text());
-
-    // What is wrong with the scene is told when it is opened for good
-    Diagnostics ignored;
-    const Result<Stage> stage = Stage::open(scene, options, ignored);
-    if (!stage) return {};
+    Result<Stage> stage = Stage::open(scene, options, diagnostics);
+    if (!stage) return stage.error();
     for (const std::string& text : overrides.variants) {
         if (const auto ok = check_variant(*stage, *parse_variant(text)); !ok)
             return usage("--variant", text, ok.error().message);
     }
+    // The types of the values are known only now
     for (const std::string& text : overrides.values) {
-        if (const auto ok = layer.set(*stage, *parse_value(text)); !ok)
+        if (const auto ok = layer.set(*stage, *parse_value(text), text); !ok)
             return usage("--set", text, ok.error().message);
     }
-    set_memory_asset(options.session_layer, layer.text());
-    return {};
+    for (const std::string& text : overrides.values)
+        warn_of_connection(*stage, *parse_value(text), text, diagnostics);
+    return OverriddenStage{std::move(*stage), has_layer ? layer.text() : std::string()};
 }
 
 }  // namespace velatura::app

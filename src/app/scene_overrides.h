@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/command_line.h"
+#include "base/diagnostics.h"
 #include "base/result.h"
 #include "usd/stage/stage.h"
 
@@ -12,11 +13,11 @@ namespace velatura::app {
 
 /// Opinions from the command line, stronger than the scene.
 struct SceneOverrides {
-    std::string session;                ///< a layer file
+    std::vector<std::string> sessions;  ///< layer files, the last one the strongest
     std::vector<std::string> variants;  ///< /Prim{set=name}
     std::vector<std::string> values;    ///< /Prim.attribute=value, maybe with a type before it
 
-    bool is_empty() const { return session.empty() && variants.empty() && values.empty(); }
+    bool is_empty() const { return sessions.empty() && variants.empty() && values.empty(); }
 };
 
 /// Adds --session, --variant and --set.
@@ -26,11 +27,18 @@ void add_override_options(Command& command, SceneOverrides& overrides);
 /// folder that the program runs in.
 std::string override_layer_name();
 
-/// Sets options.session_layer to the session layer, with what --variant and --set say above it. For
-/// values the stage is composed here once, to know the types of the attributes. Errors: "usage" for
-/// what does not fit the scene (the option is named), those of Stage::open.
-Result<void> apply_overrides(const SceneOverrides& overrides,
-                             const std::string& scene,
-                             usd::stage::StageOptions& options);
+/// The stage, and the text of the layer of --variant and --set (empty without).
+struct OverriddenStage {
+    usd::stage::Stage stage;
+    std::string made_layer;
+};
+
+/// Stage::open with the session layers, and what --variant and --set say above them. A value that a
+/// connection hides is a warning. Errors: "usage" for what does not fit the scene (the option is
+/// named), those of Stage::open.
+Result<OverriddenStage> open_stage(const SceneOverrides& overrides,
+                                   const std::string& scene,
+                                   usd::stage::StageOptions options,
+                                   Diagnostics& diagnostics);
 
 }  // namespace velatura::app

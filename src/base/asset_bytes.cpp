@@ -15,7 +15,6 @@
 #include <cstddef>
 #include <filesystem>
 #include <list>
-#include <map>
 #include <mutex>
 #include <optional>
 #include <span>
@@ -163,31 +162,6 @@ PackageCache& package_cache() {
     return cache;
 }
 
-/// Bytes that no file holds, by name.
-class MemoryAssets {
-  public:
-    void set(const std::string& name, AssetBytesPtr bytes) {
-        const std::lock_guard lock(mutex_);
-        by_name_[name] = std::move(bytes);
-    }
-
-    /// Null when there is none.
-    AssetBytesPtr find(const std::string& name) {
-        const std::lock_guard lock(mutex_);
-        const auto found = by_name_.find(name);
-        return found == by_name_.end() ? nullptr : found->second;
-    }
-
-  private:
-    std::mutex mutex_;
-    std::map<std::string, AssetBytesPtr> by_name_;
-};
-
-MemoryAssets& memory_assets() {
-    static MemoryAssets assets;
-    return assets;
-}
-
 Error no_such_file(const std::string& name) {
     return {"file-not-found", fmt::format("file \"{}\" does not exist", name)};
 }
@@ -259,12 +233,7 @@ AssetBytesPtr make_asset_bytes(std::string bytes) {
     return std::make_shared<OwnedBytes>(std::move(bytes));
 }
 
-void set_memory_asset(const std::string& name, std::string bytes) {
-    memory_assets().set(name, make_asset_bytes(std::move(bytes)));
-}
-
 Result<AssetBytesPtr> open_asset_bytes(const std::string& name) {
-    if (AssetBytesPtr known = memory_assets().find(name)) return known;
     const std::vector<std::string> parts = parts_in_package(name);
     if (parts.empty()) return map_file(name);
     const Result<ArchivePtr> archive = open_archive(std::span(parts).first(parts.size() - 1));
@@ -286,7 +255,6 @@ Result<std::string> admit_asset(const std::string& name) {
 }
 
 bool asset_exists(const std::string& name) {
-    if (memory_assets().find(name)) return true;
     const std::vector<std::string> parts = parts_in_package(name);
     if (parts.empty()) return is_file(name);
     const Result<ArchivePtr> archive = open_archive(std::span(parts).first(parts.size() - 1));

@@ -31,18 +31,13 @@ AssetBytesPtr make_asset_view(AssetBytesPtr owner, std::string_view part);
 
 /// The one way from the name of an asset to its bytes, without a copy. Thread-safe. A name is that
 /// of a file, which is mapped read-only (pages come in on first use), or of a file in packages:
-/// "pkg.usdz[tex/a.png]", "a.usdz[b.usdz[c.usda]]", or one of set_memory_asset(). The packages used
-/// last stay mapped.
+/// "pkg.usdz[tex/a.png]", "a.usdz[b.usdz[c.usda]]". The packages used last stay mapped.
 /// Files lie where asset_roots() allows. Errors: those of AssetRoots::open and ZipArchive,
 /// "package-depth", "asset-leaves-package" (a member called "../x" or "/x").
 Result<AssetBytesPtr> open_asset_bytes(const std::string& name);
 
-/// From here on the name is that of these bytes, whatever files there are: for layers that no file
-/// holds. Thread-safe.
-void set_memory_asset(const std::string& name, std::string bytes);
-
-/// True for memory assets, for regular files, wherever they lie, and for names of members that the
-/// directories of packages have, which are opened only where asset_roots() allows.
+/// True for regular files, wherever they lie, and for names of members that the directories of
+/// packages have, which are opened only where asset_roots() allows.
 bool asset_exists(const std::string& name);
 
 }  // namespace velatura

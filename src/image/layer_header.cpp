@@ -307,6 +307,34 @@ Result<LayerHeader> read_layer_header(const Image& image) {
     return header;
 }
 
+DifferentLayers different_layers(const std::string& scene_json_a, const std::string& scene_json_b) {
+    const auto names = [](const std::string& text) {
+        std::vector<std::string> all;
+        const auto j = nlohmann::json::parse(text, nullptr, false);
+        if (!j.is_object() || !j.contains("layers") || !j["layers"].is_array()) return all;
+        for (const auto& name : j["layers"])
+            if (name.is_string()) all.push_back(name.get<std::string>());
+        return all;
+    };
+    const std::vector<std::string> a = names(scene_json_a), b = names(scene_json_b);
+    const auto only = [](const std::vector<std::string>& these, std::vector<std::string> others) {
+        std::vector<std::string> found;
+        for (const std::string& name : these) {
+            const auto at = std::find(others.begin(), others.end(), name);
+            if (at == others.end())
+                found.push_back(name);
+            else
+                others.erase(at);
+        }
+        return fmt::format("{}", fmt::join(found, ", "));
+    };
+    DifferentLayers different{only(a, b), only(b, a)};
+    if (different.a.empty() && different.b.empty()) return different;
+    if (different.a.empty()) different.a = "nothing";
+    if (different.b.empty()) different.b = "nothing";
+    return different;
+}
+
 FileInfo file_info_of(const Image& image, const LayerHeader& header) {
     FileInfo info;
     info.display = image.display;

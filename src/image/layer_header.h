@@ -60,6 +60,15 @@ void write_layer_header(Image& image,
 /// be understood).
 Result<LayerHeader> read_layer_header(const Image& image);
 
+/// Layers of the scene, overrides from the command line included, that only one of two scenes has,
+/// by their header strings: separated by commas, "nothing" where only the other has more; both
+/// empty if the names are the same.
+struct DifferentLayers {
+    std::string a, b;
+};
+
+DifferentLayers different_layers(const std::string& scene_json_a, const std::string& scene_json_b);
+
 /// Those that still hold for a file that is made from another: all but our own, and what describes
 /// pixels that are gone (previews, manifests of ids, lists of views).
 Attributes carried_attributes(const Attributes& attributes);

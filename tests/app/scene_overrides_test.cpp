@@ -157,7 +157,134 @@ TEST_F(SceneOverrides, StandInOrderAndBringTheMetadataOfTheSession) {
     const CommandResult why = w.velatura(
         "info s.usda --explain /W/Ball.radius --set "
         "/W/Ball.radius=5");
-    EXPECT_NE(why.output.find("command line:"), std::string::npos) << why.output;
+    EXPECT_NE(why.output.find("--set /W/Ball.radius=5: default = 5"), std::string::npos)
+        << why.output;
+}
+
+/// Of several session layers the last one is the strongest, as of other repeated options; each is
+/// a session layer of its own, so that one without a rate has the stage's (48 here), not 24:
+/// sample 10 of `late` stands at time 10. Metadata: the strongest that says it, the root layer
+/// else; startTimeCode of a session layer decides which frame is rendered, as in OpenUSD.
+TEST_F(SceneOverrides, SessionsStackAndKeepTheStage) {
+    w.write("r.usda",
+            "#usda 1.0\n(\n    upAxis = \"Z\"\n    metersPerUnit = 1\n    "
+            "timeCodesPerSecond = 48\n    startTimeCode = 3\n    endTimeCode = 9\n    "
+            "renderSettingsPrimPath = \"/Render/S\"\n)\ndef Sphere \"B\" {\n    double "
+            "radius = 1\n}\n");
+    w.write("early.usda",
+            "#usda 1.0\n(\n    startTimeCode = 5\n)\nover \"B\" {\n    double radius = 2\n    "
+            "double extra = 4\n}\n");
+    w.write("late.usda", "#usda 1.0\nover \"B\" {\n    double radius.timeSamples = { 10: 6 }\n}\n");
+    const std::string root = facts("r.usda"),
+                      both = facts("r.usda --session early.usda --session late.usda"),
+                      with_set = facts(
+                          "r.usda --session early.usda --session late.usda --set /B.radius=8");
+    for (const std::string& text : {both, with_set}) {
+        for (const char* kept : {"upAxis = \"Z\"", "metersPerUnit = 1", "timeCodesPerSecond = 48",
+                                 "endTimeCode = 9", "renderSettingsPrimPath = \"/Render/S\"",
+                                 "startTimeCode = 5", "/B.extra default = 4"})
+            EXPECT_NE(text.find(kept), std::string::npos) << kept << "\n" << text;
+    }
+    EXPECT_NE(root.find("startTimeCode = 3"), std::string::npos) << root;
+    EXPECT_NE(both.find("/B.radius ts 10 = 6"), std::string::npos) << both;
+    EXPECT_NE(with_set.find("/B.radius default = 8"), std::string::npos) << with_set;
+    // The other way round the radius of `early` hides the sample
+    const CommandResult why = w.velatura(
+        "info r.usda --explain /B.radius --session late.usda --session early.usda --time 10");
+    EXPECT_NE(why.output.find("= 2\n"), std::string::npos) << why.output;
+
+    // Which frame a plain render takes; a file that is read is not written over
+    const std::string render = "render r.usda --res 8 8 --spp 1 --progress none -o ";
+    EXPECT_EQ(w.velatura(render + "'f.####.exr' --session early.usda").exit_code, 0);
+    EXPECT_TRUE(w.exists("f.0005.exr")) << w.files_beside("");
+    EXPECT_EQ(w.velatura("flatten r.usda --session early.usda -o early.usda").exit_code, 2);
+}
+
+/// Relative asset paths of --set start at the folder that the program runs in, those of a session
+/// layer at its own: a layer in another folder that names the same file writes the way back.
+TEST_F(SceneOverrides, AssetPathsStartWhereTheyWereSaid) {
+    ASSERT_EQ(w.velatura("flatten s.usda -o sub/deep/s.usda").exit_code, 0);
+    w.write("sub/look.usda",
+            "#usda 1.0\nover \"W\" { over \"New\" {\n asset inputs:file = @./look.png@\n}\n}\n");
+
+    const struct {
+        const char* options;
+        const char* path;
+    } cases[] = {
+        {"--set /W/New.inputs:file=./set.png", "@../../set.png@"},
+        {"--set /W/New.inputs:file=@./set.png@", "@../../set.png@"},
+        {"--session sub/look.usda", "@../look.png@"},
+        {"--session sub/look.usda --set /W/New.inputs:file=./set.png", "@../../set.png@"},
+    };
+
+    for (const auto& c : cases) {
+        EXPECT_EQ(
+            w.velatura("flatten sub/deep/s.usda -o sub/deep/flat.usda " + std::string(c.options))
+                .exit_code,
+            0);
+        const CommandResult flat = w.velatura("flatten --layer sub/deep/flat.usda");
+        EXPECT_NE(flat.output.find(c.path), std::string::npos) << c.options << flat.output;
+    }
+}
+
+/// A connection is stronger than a value: said, with how to remove it, where the other end has
+/// something to give.
+TEST_F(SceneOverrides, AValueBelowAConnectionIsSaid) {
+    w.write("c.usda", R"usda(#usda 1.0
+def Material "M"
+{
+    color3f inputs:tint = (0, 1, 0)
+    color3f inputs:empty
+    token outputs:surface.connect = </M/S.outputs:surface>
+    def Shader "S"
+    {
+        uniform token info:id = "UsdPreviewSurface"
+        color3f inputs:diffuseColor = (1, 1, 1)
+        color3f inputs:diffuseColor.connect = </M.inputs:tint>
+        float inputs:roughness.connect = </M/T.outputs:r>
+        color3f inputs:emissiveColor.connect = </M.inputs:empty>
+        float inputs:metallic.connect = </M/Nowhere.outputs:r>
+        token outputs:surface
+    }
+    def Shader "T"
+    {
+        uniform token info:id = "UsdUVTexture"
+        float outputs:r
+    }
+}
+)usda");
+
+    const struct {
+        const char* options;
+        const char* warning;  ///< empty: none
+    } cases[] = {
+        {"--set '/M/S.inputs:diffuseColor=(1, 0, 0)'",
+         "--set /M/S.inputs:diffuseColor=(1, 0, 0): warning: the value has no effect: "
+         "inputs:diffuseColor is connected to </M.inputs:tint>, which is stronger; --set "
+         "'/M/S.inputs:diffuseColor.connect=None' removes the connection"},
+        {"--set /M/S.inputs:roughness=0.2", "is connected to </M/T.outputs:r>"},
+        {"--set '/M/S.inputs:emissiveColor=(1, 1, 1)'", ""},
+        {"--set /M/S.inputs:metallic=1", ""},
+        {"--set /M/S.inputs:opacity=0.5", ""},
+        {"--set '/M.inputs:tint=(1, 0, 0)'", ""},
+        {"--set '/M/S.inputs:diffuseColor=(1, 0, 0)' --set /M/S.inputs:diffuseColor.connect=None",
+         ""},
+    };
+
+    for (const auto& c : cases) {
+        const CommandResult r = w.velatura(std::string("info --tree c.usda ") + c.options);
+        EXPECT_EQ(r.exit_code, 0) << r.output;
+        if (*c.warning) {
+            EXPECT_NE(r.output.find(c.warning), std::string::npos) << c.options << r.output;
+        } else {
+            EXPECT_EQ(r.output.find("set-connected"), std::string::npos) << c.options << r.output;
+        }
+    }
+    // Without the connection the value counts
+    const CommandResult why = w.velatura(
+        "flatten c.usda --set '/M/S.inputs:diffuseColor=(1, 0, 0)' --set "
+        "/M/S.inputs:diffuseColor.connect=None");
+    EXPECT_EQ(why.output.find("diffuseColor.connect = <"), std::string::npos) << why.output;
 }
 
 /// A line for each kind of mistake: options, part of the message, exit code.
@@ -210,7 +337,13 @@ TEST_F(SceneOverrides, WhatDoesNotFitIsRefusedWithTheOption) {
         EXPECT_EQ(w.velatura(std::string(command) + " --set /W/kye.inputs:intensity=3").exit_code,
                   2)
             << command;
-    EXPECT_EQ(w.velatura("flatten --layer s.usda --set /W/Ball.radius=3").exit_code, 2);
+    for (const char* option :
+         {"--set /W/Ball.radius=3", "--session look.usda", "--variant '/W{size=large}'"}) {
+        const CommandResult r = w.velatura(std::string("flatten --layer s.usda ") + option);
+        EXPECT_EQ(r.exit_code, 2) << r.output;
+        EXPECT_NE(r.output.find("--layer writes one layer as it stands"), std::string::npos)
+            << r.output;
+    }
     EXPECT_EQ(w.files_beside("s.usda look.usda bad.usda above.usda"), "");
 }
 
@@ -231,12 +364,36 @@ TEST_F(SceneOverrides, ArePartOfTheSceneOfAFile) {
     const std::string resume =
         "render --res 24 18 --spp 8 --progress none -q s.usda --resume -o "
         "s.exr ";
-    for (const char* other : {"", "--set /W/key.inputs:intensity=2"}) {
-        const CommandResult r = w.velatura(resume + other);
+
+    const struct {
+        const char* option;
+        const char* has;
+    } others[] = {{"", "nothing"},
+                  {"--set /W/key.inputs:intensity=2", "--set /W/key.inputs:intensity=2"}};
+
+    for (const auto& other : others) {
+        const CommandResult r = w.velatura(resume + other.option);
         EXPECT_EQ(r.exit_code, 5) << r.output;
-        EXPECT_NE(r.output.find("the scene's layers have changed"), std::string::npos) << r.output;
+        EXPECT_NE(r.output.find(std::string("the scene's layers have changed: it had --set "
+                                            "/W/key.inputs:intensity=3, this has ") +
+                                other.has),
+                  std::string::npos)
+            << r.output;
     }
     EXPECT_EQ(w.velatura(resume + set).exit_code, 0);
+
+    // Parts of different scenes do not merge, and the setting is named
+    const std::string part = "render s.usda --res 24 18 --progress none -q --samples ";
+    EXPECT_EQ(w.velatura(part + "0:2 -o a.exr --set /W/key.inputs:intensity=3").exit_code, 0);
+    EXPECT_EQ(w.velatura(part + "2:4 -o b.exr --set /W/key.inputs:intensity=2").exit_code, 0);
+    const CommandResult merged = w.comp("merge a.exr b.exr -o m.exr");
+    EXPECT_EQ(merged.exit_code, 5) << merged.output;
+    EXPECT_NE(merged.output.find("a.exr and b.exr show different scenes: --set "
+                                 "/W/key.inputs:intensity=3 in the first, --set "
+                                 "/W/key.inputs:intensity=2 in the second"),
+              std::string::npos)
+        << merged.output;
+    EXPECT_FALSE(w.exists("m.exr"));
 
     // The layer that bake writes needs no wrapper: halving what is 3 gives 1.5
     EXPECT_EQ(w.comp("bake t.exr --gain key=0.5 -o look.usda").exit_code, 0);

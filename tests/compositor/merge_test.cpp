@@ -104,6 +104,13 @@ TEST(Merge, RefusesWhatDoesNotFit) {
         {"gap", part("gap", 5, 8)},
         {"different scenes",
          part("scene", 4, 8, [](auto&, auto& info) { info.scene_hash = "other"; })},
+        // What stands in the list of layers of one only is named
+        {"different scenes: --set /K.x=1 in the first, --set /K.x=2, more.usda in the second",
+         part("set", 4, 8,
+              [](auto&, auto& info) {
+                  info.scene_hash = "other";
+                  info.scene_json = R"({"layers": ["s.usda", "--set /K.x=2", "more.usda"]})";
+              })},
         {"different settings, which they do not name",
          part("settings", 4, 8, [](auto&, auto& info) { info.settings_hash = "other"; })},
         {"different settings: --filter box and gaussian, --max-depth 4 and nothing",

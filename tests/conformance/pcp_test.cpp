@@ -37,7 +37,7 @@ std::vector<std::string> differences_of(const fs::path& folder, const Baseline& 
     Diagnostics diagnostics;
     Composer composer(options, diagnostics);
     const fs::path layers = fs::canonical(folder / "usda");
-    const auto opened = composer.open((layers / baseline.root_file).string(), "");
+    const auto opened = composer.open((layers / baseline.root_file).string(), {});
     if (!opened) return {"does not open: " + opened.error().message};
     return differences(baseline.prims, composed_facts(composer, layers.string()));
 }

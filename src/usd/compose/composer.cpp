@@ -29,20 +29,25 @@ Composer::Composer(ComposeOptions options, Diagnostics& diagnostics)
     registry_.set_reads_materialx(options_.reads_materialx);
 }
 
-Result<LayerStack*> Composer::open(const std::string& root_file, const std::string& session_file) {
+Result<LayerStack*> Composer::open(const std::string& root_file, const SessionLayers& session) {
     Result<LayerPtr> root = registry_.open(root_file);
     if (!root) return root.error();
-    LayerPtr session;
-    if (!session_file.empty()) {
-        Result<LayerPtr> opened = registry_.open(session_file);
-        if (!opened) return opened.error();
-        session = *opened;
+    std::vector<LayerPtr> sessions;
+    if (session.made) {
+        registry_.add(session.made);
+        sessions.push_back(session.made);
     }
+    for (const std::string& file : session.files) {
+        Result<LayerPtr> opened = registry_.open(file);
+        if (!opened) return opened.error();
+        sessions.push_back(*opened);
+    }
+    const bool has_session = !sessions.empty();
     std::vector<CompositionError> errors;
-    auto stack = build_layer_stack({*root, session}, registry_, diagnostics_, errors);
+    auto stack = build_layer_stack({*root, std::move(sessions)}, registry_, diagnostics_, errors);
     root_stack_ = add_stack(std::move(stack), errors);
-    // A reference to the root layer reaches its stack without the session layer
-    if (!session) stack_of_.emplace(root_stack_->identifier() + '|', root_stack_);
+    // A reference to the root layer reaches its stack without the session layers
+    if (!has_session) stack_of_.emplace(root_stack_->identifier() + '|', root_stack_);
     return root_stack_;
 }
 
@@ -74,8 +79,7 @@ Result<LayerStack*> Composer::layer_stack(const std::string& file, const LayerSt
     } else {
         std::vector<CompositionError> errors;
         result = add_stack(
-            build_layer_stack({*root, nullptr, &referrer}, registry_, diagnostics_, errors),
-            errors);
+            build_layer_stack({*root, {}, &referrer}, registry_, diagnostics_, errors), errors);
         stack_of_.emplace(own_key, result);
     }
     stack_of_.emplace(key, result);

@@ -24,6 +24,12 @@ struct ChildNames {
     std::vector<layer::Token> prohibited;  ///< sorted
 };
 
+/// Layers of a stage that are stronger than its root layer.
+struct SessionLayers {
+    LayerPtr made = nullptr;         ///< in memory, the strongest; may be null
+    std::vector<std::string> files;  ///< strongest first
+};
+
 /// Composes prims of one root layer stack. Owns the layers, layer stacks and maps that prim indices
 /// point to; the Diagnostics must outlive it. Not thread-safe: callers lock around index-building
 /// calls; reading finished indices is safe.
@@ -31,8 +37,8 @@ class Composer {
   public:
     Composer(ComposeOptions options, Diagnostics& diagnostics);
 
-    /// Opens the root layer and the session layer (file name, empty = none).
-    Result<LayerStack*> open(const std::string& root_file, const std::string& session_file);
+    /// Opens the root layer and the session layers.
+    Result<LayerStack*> open(const std::string& root_file, const SessionLayers& session);
 
     LayerStack* root_stack() const { return root_stack_; }
 

@@ -207,6 +207,13 @@ Result<LayerPtr> LayerRegistry::open(const std::string& file) {
     return commit(file, *std::move(loaded));
 }
 
+void LayerRegistry::add(LayerPtr layer) {
+    const std::string name = layer->identifier();
+    const std::lock_guard lock(mutex_);
+    order_.push_back(name);
+    layers_.insert_or_assign(name, Result<LayerPtr>(std::move(layer)));
+}
+
 void LayerRegistry::prefetch(std::span<const std::string> files) {
     std::vector<std::string> wanted;
     {

@@ -60,6 +60,9 @@ class LayerRegistry {
     /// identifier is "pkg.usdz[root.usdc]"; both names give the same Layer.
     Result<LayerPtr> open(const std::string& file);
 
+    /// From here on the layer's identifier is the name of this layer, which no file holds.
+    void add(LayerPtr layer);
+
     /// Reads files in parallel that open() will be asked for. Changes nothing but the speed: order
     /// of opening, diagnostics and errors come about as the calls of open() follow one another.
     void prefetch(std::span<const std::string> files);

@@ -59,16 +59,17 @@ class LayerStackBuilder {
         stack_->identifier_ = inputs.root->identifier();
         stack_->root_layer_ = inputs.root.get();
         compose_variables(inputs);
-        stack_->time_codes_per_second_ = stack_rate(*inputs.root, inputs.session.get());
+        stack_->time_codes_per_second_ = stack_rate(inputs);
         const double rate = stack_->time_codes_per_second_;
-        if (inputs.session) {
-            const double own =
-                inputs.session->has_time_codes_per_second() ? checked_rate(*inputs.session) : rate;
-            add(inputs.session, {0.0, rate / own}, own);
-            for (const StackLayer& entry : stack_->layers_) {
-                if (owner_.empty()) owner_ = text_field(*entry.layer, session_owner_field());
-            }
+        for (const LayerPtr& session : inputs.sessions) {
+            const double own = session->has_time_codes_per_second() ? checked_rate(*session) : rate;
+            stack_->metadata_layers_.push_back(session.get());
+            add(session, {0.0, rate / own}, own);
         }
+        for (const StackLayer& entry : stack_->layers_) {
+            if (owner_.empty()) owner_ = text_field(*entry.layer, session_owner_field());
+        }
+        stack_->metadata_layers_.push_back(inputs.root.get());
         const double own = checked_rate(*inputs.root);
         add(inputs.root, {0.0, rate / own}, own);
         collect_relocates();
@@ -90,8 +91,9 @@ class LayerStackBuilder {
     void compose_variables(const LayerStackInputs& inputs) {
         layer::Dictionary own;
         if (const auto* variables = inputs.root->expression_variables()) own = *variables;
-        if (inputs.session) {
-            if (const auto* variables = inputs.session->expression_variables())
+        for (auto session = inputs.sessions.rbegin(); session != inputs.sessions.rend();
+             ++session) {
+            if (const auto* variables = (*session)->expression_variables())
                 own = variables->merged_over(own);
         }
         if (!inputs.referrer) {
@@ -109,15 +111,15 @@ class LayerStackBuilder {
         stack_->expression_variables_ = std::move(composed);
     }
 
-    /// A session layer overrides the rate of the root layer.
-    double stack_rate(const layer::Layer& root, const layer::Layer* session) {
+    /// Session layers override the rate of the root layer.
+    double stack_rate(const LayerStackInputs& inputs) {
         const Token rate = layer::fields().time_codes_per_second;
-        if (session && session->pseudo_root().has_field(rate)) return checked_rate(*session);
-        if (!root.pseudo_root().has_field(rate) && session &&
-            session->has_time_codes_per_second()) {
-            return checked_rate(*session);
-        }
-        return checked_rate(root);
+        for (const LayerPtr& session : inputs.sessions)
+            if (session->pseudo_root().has_field(rate)) return checked_rate(*session);
+        if (inputs.root->pseudo_root().has_field(rate)) return checked_rate(*inputs.root);
+        for (const LayerPtr& session : inputs.sessions)
+            if (session->has_time_codes_per_second()) return checked_rate(*session);
+        return checked_rate(*inputs.root);
     }
 
     /// The layer's rate; an authored rate out of bounds is reported, once per stack, and 24 used.

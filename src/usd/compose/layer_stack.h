@@ -21,7 +21,7 @@ struct StackLayer {
     double rate = 24.0;  ///< the layer's own time codes per second, always above 0
 };
 
-/// A root layer with its sublayers, strongest first; of a stage also the session layer.
+/// A root layer with its sublayers, strongest first; of a stage also the session layers.
 /// Ref: AOUSD Core Specification 1.0.1, §10.3.1.
 class LayerStack {
   public:
@@ -31,6 +31,9 @@ class LayerStack {
     const std::string& identifier() const { return identifier_; }
 
     const layer::Layer& root_layer() const { return *root_layer_; }
+
+    /// The session layers, strongest first, then the root layer: whose metadata count for a stage.
+    const std::vector<const layer::Layer*>& metadata_layers() const { return metadata_layers_; }
 
     double time_codes_per_second() const { return time_codes_per_second_; }
 
@@ -59,6 +62,7 @@ class LayerStack {
 
     std::string identifier_;
     const layer::Layer* root_layer_ = nullptr;
+    std::vector<const layer::Layer*> metadata_layers_;
     std::vector<StackLayer> layers_;
     double time_codes_per_second_ = 24.0;
     Relocations relocations_;
@@ -69,7 +73,7 @@ class LayerStack {
 /// What a layer stack is made of.
 struct LayerStackInputs {
     LayerPtr root;
-    LayerPtr session = nullptr;            ///< of a stage; may be null
+    std::vector<LayerPtr> sessions = {};   ///< of a stage, strongest first
     const LayerStack* referrer = nullptr;  ///< whose expression variables are stronger; may be null
 };
 

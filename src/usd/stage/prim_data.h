@@ -91,7 +91,7 @@ class StageImpl {
 
     /// Strongest value of a stage metadatum: session layer, then root layer.
     const layer::Value* root_field(layer::Token name) const;
-    std::vector<const layer::Layer*> root_layers() const;
+    const std::vector<const layer::Layer*>& root_layers() const;
     std::string resolve_asset(const std::string& asset, const layer::Layer& layer);
     /// Opens the layer an asset path means, seen from another layer; null with a warning at `loc`
     /// when that fails.

@@ -52,8 +52,7 @@ Prim Stage::prim_at(std::string_view path) const {
 }
 
 Prim Stage::default_prim() const {
-    const std::vector<const layer::Layer*> layers = impl_->root_layers();
-    const Path path = layers.back()->default_prim();
+    const Path path = impl_->root_layers().back()->default_prim();
     return path.is_empty() ? Prim() : prim_at(path);
 }
 
@@ -115,8 +114,11 @@ double Stage::end_time_code() const {
 }
 
 bool Stage::has_time_code_range() const {
-    return impl_->root_field(layer::fields().start_time_code) &&
-           impl_->root_field(layer::fields().end_time_code);
+    const auto& layers = impl_->root_layers();
+    return std::any_of(layers.begin(), layers.end(), [](const layer::Layer* layer) {
+        return layer->pseudo_root().has_field(layer::fields().start_time_code) &&
+               layer->pseudo_root().has_field(layer::fields().end_time_code);
+    });
 }
 
 std::string Stage::root_file() const {

@@ -22,6 +22,12 @@
 #include <utility>
 #include <vector>
 
+namespace velatura::usd::layer {
+
+class Layer;
+
+}  // namespace velatura::usd::layer
+
 namespace velatura::usd::stage {
 
 struct PrimData;
@@ -32,7 +38,11 @@ class Relationship;
 
 struct StageOptions {
     compose::ComposeOptions compose;  ///< search paths, payload policy, variant fallbacks, limits
-    std::string session_layer;  ///< file of a layer stronger than the root layer; empty = none
+    std::vector<std::string> session_layers;  ///< files stronger than the root layer, the
+                                              ///< strongest first
+    /// A layer in memory above all those; may be null. Prims are composed from what it holds when
+    /// the stage is opened; properties of these prims may be added until other threads read.
+    std::shared_ptr<layer::Layer> made_layer = nullptr;
 };
 
 /// A composed scene. Cheap to copy (copies share one scene), immutable after open, safe to read
@@ -61,7 +71,8 @@ class Stage {
     size_t prim_count()
         const;  ///< prims composed so far, instance proxies only where they were visited
 
-    /// Metadata of the root layer stack (session, then root layer); nullopt when not authored.
+    /// Metadata of the session layers, then of the root layer, as in OpenUSD; nullopt when not
+    /// authored.
     std::optional<layer::Value> metadata(std::string_view key) const;
     std::vector<std::string> metadata_keys()
         const;                             ///< authored keys of the root layer stack, sorted
@@ -71,7 +82,7 @@ class Stage {
     double frames_per_second() const;      ///< fallback 24
     double start_time_code() const;        ///< fallback 0
     double end_time_code() const;          ///< fallback 0
-    bool has_time_code_range() const;      ///< start and end are authored
+    bool has_time_code_range() const;      ///< one layer has both, as in OpenUSD
     std::string root_file() const;
     /// Every layer file that took part, in the order of opening.
     std::vector<std::string> layer_files() const;

@@ -28,8 +28,9 @@ Result<bool> StageImpl::open(const std::string& path) {
         return file.empty() ? file
                             : std::filesystem::absolute(file, failed).lexically_normal().string();
     };
-    const Result<compose::LayerStack*> opened =
-        composer_.open(absolute(path), absolute(options_.session_layer));
+    compose::SessionLayers session{options_.made_layer, {}};
+    for (const std::string& file : options_.session_layers) session.files.push_back(absolute(file));
+    const Result<compose::LayerStack*> opened = composer_.open(absolute(path), session);
     if (!opened) return opened.error();
     populate();
     return true;
@@ -196,18 +197,8 @@ const PrimData* StageImpl::find(const Path& path) {
     return at;
 }
 
-std::vector<const layer::Layer*> StageImpl::root_layers() const {
-    const compose::LayerStack& stack = *composer_.root_stack();
-    std::vector<const layer::Layer*> result;
-    const layer::Layer* first = stack.layers().front().layer.get();
-    if (first->identifier() != stack.identifier()) result.push_back(first);
-    for (const compose::StackLayer& entry : stack.layers()) {
-        if (entry.layer->identifier() == stack.identifier()) {
-            result.push_back(entry.layer.get());
-            break;
-        }
-    }
-    return result;
+const std::vector<const layer::Layer*>& StageImpl::root_layers() const {
+    return composer_.root_stack()->metadata_layers();
 }
 
 const Value* StageImpl::root_field(Token name) const {

@@ -142,7 +142,7 @@ TEST_F(ArcsTest, DefaultPrimsMayBePaths) {
 }
 
 TEST_F(ArcsTest, TheSessionsOwnerComesFirst) {
-    session_ = (folder_ / "session.usda").string();
+    session_.files = {(folder_ / "session.usda").string()};
     write("session.usda", "( sessionOwner = \"me\" )\n");
     write("root.usda", "( hasOwnedSubLayers = true\nsubLayers = [@a.usda@, @b.usda@] )\n");
     write("a.usda", "( owner = \"you\" )\ndef \"P\" {}\n");

@@ -105,7 +105,7 @@ class ComposeFixture : public testing::Test {
     }
 
     std::filesystem::path folder_;
-    std::string session_;
+    SessionLayers session_;
     ComposeOptions options_;
     Diagnostics diagnostics_;
     std::unique_ptr<Composer> composer_;

@@ -46,8 +46,14 @@ TEST_F(ComposerTest, SublayersAndSession) {
     write("b.usda", "over \"P\" {}\n");
     write("s.usda", "over \"P\" {}\n");
     EXPECT_EQ(stack("/P"), (Lines{"root /P", "a /P", "b /P"}));
-    session_ = (folder_ / "s.usda").string();
+    session_.files = {(folder_ / "s.usda").string()};
     EXPECT_EQ(stack("/P"), (Lines{"s /P", "root /P", "a /P", "b /P"}));
+    reopen();
+    write("t.usda", "over \"P\" {}\n");
+    session_.files.insert(session_.files.begin(), (folder_ / "t.usda").string());
+    session_.made = std::make_shared<layer::Layer>("made.usda");
+    session_.made->create_spec(layer::Path::from("/P"), layer::SpecKind::Prim, {});
+    EXPECT_EQ(stack("/P"), (Lines{"made /P", "t /P", "s /P", "root /P", "a /P", "b /P"}));
 }
 
 TEST_F(ComposerTest, ImpliedClassesAreStrongerThanTheReferenceButWeakerThanAuthored) {
