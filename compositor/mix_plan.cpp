@@ -151,6 +151,11 @@ void add_lift(std::vector<MattedShare>& lifts, const MattedShare& lift) {
 Result<void> Planner::apply_shadow(const Control& control) {
     const bool is_strength = control.kind != Control::Kind::Shadow;
     const auto groups = rows_.groups(is_strength ? "all" : control.target);
+    if (!groups && control.target.find(':') != std::string::npos &&
+        rows_.caster_layers(control.target))
+        return Error{"unknown-name",
+                     fmt::format("--shadow {0}: the shadow of one caster takes --caster {0}=…",
+                                 control.target)};
     if (!groups) return groups.error();
     // A gain on `shadow` is the strength that is left: 1 as rendered, 0 no shadow
     const float lift = control.kind == Control::Kind::Gain   ? 1.0f - control.factor[0]

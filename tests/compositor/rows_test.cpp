@@ -63,6 +63,13 @@ TEST(Rows, CasterLiftsItsShareOfTheShadow) {
     EXPECT_EQ(unknown.error().code, "unknown-name");
     EXPECT_NE(unknown.error().message.find("did you mean 'tree'"), std::string::npos);
     EXPECT_EQ(parse_control(Caster, "key=0.5").error().code, "bad-gain");
+    // The name of one shadow where those of a light are due
+    const auto shadow = plan_mix(stack, look_of({{Shadow, "key:tree=0.5"}}));
+    ASSERT_FALSE(shadow.has_value());
+    EXPECT_NE(shadow.error().message.find(
+                  "--shadow key:tree: the shadow of one caster takes --caster key:tree="),
+              std::string::npos)
+        << shadow.error().message;
 }
 
 TEST(Rows, ClampGivesBackWhatItRemoved) {
