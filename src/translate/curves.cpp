@@ -199,6 +199,12 @@ std::optional<scene::Shape> read_curves(Context& ctx,
     if (!widths) widths = ElementRows{{1.0}, Interpolation::Constant};
     read_element_rows(ctx, prim, "normals", 3, counts, "normals are ignored, the curves are round",
                       normals);
+    if (normals && !std::all_of(normals->values.begin(), normals->values.end(),
+                                [](double v) { return std::isfinite(v); })) {
+        ctx.warn("bad-normals", prim.attribute("normals"),
+                 "some normals are not finite; normals are ignored, the curves are round");
+        normals.reset();
+    }
 
     for (const Vec3d& p : points)
         curves.points.push_back(to_float(transform_point(p, placement->holder_from_points)));

@@ -61,6 +61,16 @@ void turn(const Velocities& turning, size_t i, double time, std::vector<double>&
     for (int k = 0; k < 3; ++k) q[k] = product[k];
 }
 
+void warn_of_lost_turns(Context& ctx, const Attribute& attribute, const std::vector<double>& rows) {
+    size_t lost = 0;
+    for (size_t i = 0; i + 3 < rows.size(); i += 4)
+        lost += !std::isfinite(rows[i] + rows[i + 1] + rows[i + 2] + rows[i + 3]);
+    if (lost > 0)
+        ctx.warn("bad-instancer", attribute,
+                 fmt::format("{} of {} {} are not finite; these instances are not turned", lost,
+                             rows.size() / 4, attribute.name().str()));
+}
+
 }  // namespace
 
 std::vector<double> times_seen(std::vector<double> times, const Shutter& shutter) {
@@ -76,7 +86,7 @@ Mat4d InstanceRows::matrix(size_t i) const {
     if (!orientations.empty()) {
         const double* q = &orientations[4 * i];
         const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-        if (length > 0.0) {
+        if (length > 0.0 && std::isfinite(length)) {
             const double x = q[0] / length, y = q[1] / length, z = q[2] / length, w = q[3] / length;
             m = Mat4d(1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (z * x - y * w), 0,
                       2 * (x * y - z * w), 1 - 2 * (z * z + x * x), 2 * (y * z + x * w), 0,
@@ -108,6 +118,7 @@ InstancerPlaces::InstancerPlaces(Context& ctx, Prim prim, size_t instances)
     };
     base_ = {read(positions_, 3, "stand at the origin"), read(scales_, 3, "are not scaled"),
              read(orientations_, 4, "are not turned")};
+    warn_of_lost_turns(ctx, orientations_, base_.orientations);
     if (base_.positions.empty()) velocities_.reset();
     if (base_.orientations.empty()) turning_.reset();
 }

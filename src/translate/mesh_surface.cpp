@@ -92,6 +92,15 @@ bool read_normals(Context& ctx,
     std::vector<Vec3d> normals;
     for (size_t i = 0; i + 2 < rows.size(); i += 3)
         normals.emplace_back(rows[i], rows[i + 1], rows[i + 2]);
+    const auto lost = std::count_if(normals.begin(), normals.end(),
+                                    [](const Vec3d& n) { return !std::isfinite(n.dot(n)); });
+    if (lost > 0)
+        ctx.warn(
+            "bad-normals", source->attribute,
+            fmt::format("{} of {} normals are not finite; the mesh falls back to the normals "
+                        "of its {} there",
+                        lost, normals.size(),
+                        mesh.subdivision == scene::SubdivisionScheme::None ? "faces" : "surface"));
     if (pose && (pose->skin || pose->has_normal_offsets)) {
         std::vector<Vec3d> rowwise;
         for (const int i : indices) rowwise.push_back(normals[size_t(i)]);

@@ -77,6 +77,9 @@ std::vector<Case> cases() {
         {"missing-widths", "taken to be 1 wide", curves("")},
         {"bad-normals", "normals are ignored, the curves are round",
          curves("float[] widths = [1]\nnormal3f[] normals = [(0,0,1),(0,0,1)]\n")},
+        {"bad-normals", "some normals are not finite; normals are ignored, the curves are round",
+         curves("float[] widths = [1]\nnormal3f[] normals = [(0,0,1),(0,0,1),(0,nan,1),(0,0,1),"
+                "(0,0,1),(0,0,1),(0,0,1)]\n")},
         {"bad-primvar", "it is ignored, its fallback is used",
          curves("float[] widths = [1]\ncolor3f[] primvars:displayColor = [(1,0,0),(0,1,0)] "
                 "(interpolation = \"vertex\")\n")},
@@ -109,6 +112,9 @@ std::vector<Case> cases() {
         // Meshes
         {"bad-normals", "they are ignored, the mesh falls back to the normals of its faces",
          quad("P", "normal3f[] normals = [(0,0,1),(0,0,1)]\n")},
+        {"bad-normals",
+         "1 of 4 normals are not finite; the mesh falls back to the normals of its faces there",
+         quad("P", "normal3f[] normals = [(0,0,1),(0,nan,1),(0,0,1),(0,0,1)]\n")},
         {"bad-normals", "they are ignored, the mesh falls back to the normals of its surface",
          smooth_quad("normal3f[] normals = [(0,0,1),(0,0,1)]\n")},
         {"bad-normals", "they are ignored, the mesh falls back to the normals of its faces",
@@ -131,6 +137,8 @@ std::vector<Case> cases() {
          "orientations has 1 elements, expected 2; it is ignored, instances are "
          "not turned",
          instancer("quath[] orientations = [(1,0,0,0)]\n")},
+        {"bad-instancer", "1 of 2 orientationsf are not finite; these instances are not turned",
+         instancer("quatf[] orientationsf = [(nan,0,0,0),(1,0,0,0)]\n")},
         {"bad-instancer",
          "scales holds no numbers; it is ignored, instances "
          "are not scaled",
