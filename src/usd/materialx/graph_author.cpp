@@ -264,10 +264,15 @@ void GraphAuthor::author_value(const XmlElement& input,
         warn(input, "mtlx-unsupported",
              fmt::format("{} of input {} is not supported and is left out", unread, name));
     }
+    // UsdUVTexture has colors and numbers: only a mark of its own says which its file holds
+    const bool is_uv_texture = node.name == "UsdUVTexture";
     const std::string space =
-        inherited(input, "colorspace", inherited(node, "colorspace", scope.color_space));
+        is_uv_texture
+            ? std::string(input.attribute("colorspace"))
+            : inherited(input, "colorspace", inherited(node, "colorspace", scope.color_space));
     const bool is_color = type == "color3" || type == "color4";
-    const bool is_picture = type == "filename" && node.attribute("type").starts_with("color");
+    const bool is_picture =
+        type == "filename" && (is_uv_texture || node.attribute("type").starts_with("color"));
     // A file keeps the mark when an interface hands it in: only the image knows what it holds
     const bool is_handed_in = type == "filename" && !input.attribute("interfacename").empty();
     if (!space.empty() && (is_color || is_picture || is_handed_in))

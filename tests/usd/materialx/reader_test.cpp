@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // What layer a document makes: the prims, names and values of OpenUSD's usdMtlx.
 #include "materialx_fixture.h"
+#include "usd/layer/fields.h"
 #include "usd/materialx/node_names.h"
+
+#include <map>
+#include <string>
 
 namespace velatura::usd::materialx {
 namespace {
@@ -59,6 +63,35 @@ TEST_F(MaterialXTest, AMaterialHasItsShaderInterfaceAndGraph) {
               "srgb_texture");
     EXPECT_TRUE(diagnostics_.all().empty());
     EXPECT_EQ(layer->spec(layer::Path::from(picture))->loc().line, 5u);
+}
+
+/// UsdUVTexture has colors and numbers: what its input says of its own file counts, what the
+/// document says of colors does not.
+TEST_F(MaterialXTest, FilesOfUsdUVTextureKeepTheirOwnColorSpace) {
+    const LayerPtr layer = layer_of(R"xml(
+  <nodegraph name="G">
+    <UsdUVTexture name="marked" type="multioutput">
+      <input name="file" type="filename" value="a.png" colorspace="lin_ap1" />
+    </UsdUVTexture>
+    <UsdUVTexture name="bare" type="multioutput">
+      <input name="file" type="filename" value="b.png" />
+    </UsdUVTexture>
+    <image name="image" type="color3">
+      <input name="file" type="filename" value="c.png" />
+    </image>
+    <output name="o" type="color3" nodename="image" />
+  </nodegraph>)xml",
+                                    "version=\"1.38\" colorspace=\"srgb_texture\"");
+    ASSERT_TRUE(layer);
+    std::map<std::string, std::string> spaces;
+    layer->for_each_spec(layer::Path::absolute_root(), [&](layer::Path path, const layer::Spec& s) {
+        if (path.name() != "inputs:file") return;
+        const auto* space = s.field_as<layer::Token>(layer::fields().color_space);
+        spaces[path.parent().name().str()] = space ? space->str() : "";
+    });
+    EXPECT_EQ(spaces["marked"], "lin_ap1");
+    EXPECT_EQ(spaces["bare"], "");
+    EXPECT_EQ(spaces["image"], "srgb_texture");
 }
 
 TEST_F(MaterialXTest, NodesOfTheDocumentAreAGraphOfTheirOwn) {
