@@ -130,6 +130,12 @@ Stored stored(const image::Image& image) {
     return sum;
 }
 
+/// Null where there is none, or none that can be read: files of others.
+Json json_of(const image::Image& image, const char* attribute) {
+    Json j = Json::parse(image.text(attribute), nullptr, false);
+    return j.is_discarded() ? Json() : j;
+}
+
 Json parsed(const image::Image& image, const char* attribute) {
     const Json j = Json::parse(image.text(attribute), nullptr, false);
     return j.is_object() ? j : Json::object();
@@ -270,12 +276,9 @@ std::string info_json(const LayerStack& stack) {
     j["estimator"] = stats.value("estimator", Json::object());
     j["ledger"] = stats.value("ledger", Json::array());
     j["effects"] = effects_of(parsed(image, image::plan_attribute));
-    j["samples"] =
-        nlohmann::ordered_json::parse(image.text(image::samples_attribute), nullptr, false);
-    j["closure"] =
-        nlohmann::ordered_json::parse(image.text(image::closure_attribute), nullptr, false);
-    j["lights"] =
-        nlohmann::ordered_json::parse(image.text(image::lights_attribute), nullptr, false);
+    j["samples"] = json_of(image, image::samples_attribute);
+    j["closure"] = json_of(image, image::closure_attribute);
+    j["lights"] = json_of(image, image::lights_attribute);
     j["bounces"] = stack.column_names();
     j["layers"] = nlohmann::ordered_json::array();
     if (const auto color = color_of_stack(stack, {})) {

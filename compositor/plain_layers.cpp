@@ -129,7 +129,7 @@ void join_parts(std::vector<NamedLayer>& layers) {
 
 void mark_integers(const image::Image& image, std::vector<NamedLayer>& layers) {
     for (NamedLayer& layer : layers) {
-        const bool is_picture = layer.is_bare && (layer.name.empty() || layer.is_beauty());
+        const bool is_picture = layer.is_beauty() || (layer.is_bare && layer.name.empty());
         for (size_t c = 0; c < 3 && !is_picture; ++c) {
             if (!layer.channels[c]) continue;
             const image::Channel& channel =

@@ -22,6 +22,7 @@
 #include <OpenEXR/ImfPartType.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <cstring>
 #include <filesystem>
@@ -215,6 +216,13 @@ TEST(ForeignInput, WhatIsNoLightIsListedAsData) {
     const std::string text = info_text(stack);
     EXPECT_NE(text.find("layer      ids                      data        uint"), std::string::npos)
         << text;
+}
+
+TEST(ForeignInput, InfoOfAFileWithoutOurHeaderIsJson) {
+    const auto json =
+        nlohmann::json::parse(info_json(plain(made_foreign({{"", rgb("")}}))), nullptr, false);
+    ASSERT_FALSE(json.is_discarded());
+    EXPECT_TRUE(json["closure"].is_null());
 }
 
 TEST(ForeignInput, LayersOfOneNameInTwoPartsAreTwoLayers) {
