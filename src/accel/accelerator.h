@@ -35,9 +35,10 @@ struct AcceleratorStats {
 };
 
 /// Finds where rays meet the triangles and primitives of a scene. Implementations are immutable
-/// after the build, but for move_instances, and safe to share among threads. Results depend on nothing but the geometry: of
-/// hits with the same t one by which the ray enters wins, then the smallest (instance, shape,
-/// triangle or primitive). Rays with a NaN or infinite component meet nothing.
+/// after the build, but for move_instances, and safe to share among threads. Results depend on
+/// nothing but the geometry: of hits with the same t one by which the ray enters wins, then the
+/// smallest (instance, shape, triangle or primitive). Rays with a NaN or infinite component meet
+/// nothing.
 class Accelerator {
   public:
     virtual ~Accelerator() = default;

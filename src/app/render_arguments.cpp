@@ -94,9 +94,10 @@ void declare_render_options(Command& command, RenderArguments& a) {
                  "go on from the output file, if it is there, to more --spp or a lower "
                  "--target-error: the file that one render of all samples writes. Keeps the sums; "
                  "refuses another scene or other settings (exit 5)");
-    how.add_option("--for-mix", a.for_mix,
-                   "with --resume: place the further samples where a mix is noisy, as the request "
-                   "says that `velatura-comp request` wrote; --spp, in the mean, beats the request's")
+    how.add_option(
+           "--for-mix", a.for_mix,
+           "with --resume: place the further samples where a mix is noisy, as the request "
+           "says that `velatura-comp request` wrote; --spp, in the mean, beats the request's")
         .type_name("FILE.json")
         .reads();
     how.add_option(

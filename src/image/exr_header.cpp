@@ -119,18 +119,10 @@ void read_attribute(const Imf::Attribute& from, const std::string& name, Attribu
 
 /// Attributes that OpenEXR itself manages.
 bool is_structural(const std::string& name) {
-    constexpr const char* own[] = {"channels",
-                                   "compression",
-                                   "dataWindow",
-                                   "displayWindow",
-                                   "lineOrder",
-                                   "pixelAspectRatio",
-                                   "name",
-                                   "type",
-                                   "version",
-                                   "chunkCount",
-                                   "tiles",
-                                   "maxSamplesPerPixel",
+    constexpr const char* own[] = {"channels",      "compression", "dataWindow",
+                                   "displayWindow", "lineOrder",   "pixelAspectRatio",
+                                   "name",          "type",        "version",
+                                   "chunkCount",    "tiles",       "maxSamplesPerPixel",
                                    "deepImageState"};
     return std::any_of(std::begin(own), std::end(own), [&](const char* n) { return name == n; });
 }

@@ -39,8 +39,8 @@ class StripReader {
     /// Errors: "io-open", "io-read".
     static Result<StripReader> open(const std::string& path);
     /// Several files as parts of one picture. Attributes are those of the first, without ours; what
-    /// the others say stands with the first part of each. Errors: also "files-differ" (other display
-    /// windows or pixel aspects).
+    /// the others say stands with the first part of each. Errors: also "files-differ" (other
+    /// display windows or pixel aspects).
     static Result<StripReader> open_together(std::span<const std::string> paths);
     ~StripReader();
     StripReader(StripReader&&) noexcept;

@@ -84,8 +84,7 @@ void PathTracer::add_light_hits(const Path& path, float t_max, film::SampleRadia
                 if (is_built(Effect::DeepSamples) && options_.deep) {
                     count_call(Effect::DeepSamples);
                     const Vec3 p = path.straight_o + path.ray.d * hit.t;
-                    out.cover(film::SampleRadiance::DepthKind::Surface,
-                              world_.camera.depth(p));
+                    out.cover(film::SampleRadiance::DepthKind::Surface, world_.camera.depth(p));
                 }
             }
         } else if (may_have_links() && world_.has_links()) {

@@ -430,8 +430,7 @@ void PathTracer::record_first_hit(const geometry::SurfacePoint& point,
     }
     if (is_built(Effect::DeepSamples) && options_.deep) {
         count_call(Effect::DeepSamples);
-        out.cover(film::SampleRadiance::DepthKind::Surface,
-                  world_.camera.depth(point.p));
+        out.cover(film::SampleRadiance::DepthKind::Surface, world_.camera.depth(point.p));
     }
     if (!is_built(Effect::DataLayers) || !has_data_layers_) return;
     out.albedo = bsdf.albedo();
