@@ -157,9 +157,13 @@ const std::vector<Edit>& edits() {
          {.tree = true, .meshes = true}},
         {"shape",
          [](render::Renderer& r) {
-             scene::Shape shape = r.scene().shapes[1];
-             std::get<scene::Gprim>(shape.geometry).radius *= 0.5;
-             r.set_shape(1, shape);
+             for (size_t i = 0; i < r.scene().shapes.size(); ++i) {
+                 scene::Shape shape = r.scene().shapes[i];
+                 auto* const gprim = std::get_if<scene::Gprim>(&shape.geometry);
+                 if (!gprim) continue;
+                 for (double* size : {&gprim->radius, &gprim->size}) *size *= 0.5;
+                 r.set_shape(i, shape);
+             }
          },
          {}},
         {"hidden shape", [](render::Renderer& r) { r.set_shape_visible(0, false); }, {}},
