@@ -39,6 +39,7 @@ std::string part(const std::string& name,
     info.store_sums = true;
     info.seed = 5;
     info.scene_hash = "scene";
+    info.scene_json = R"({"layers": ["s.usda", "--set /K.x=1"]})";
     info.settings_hash = "settings";
     info.settings_json =
         R"({"build": "b", "firstSample": 0, "settings": {"--filter": "box", "--max-depth": "4"}})";

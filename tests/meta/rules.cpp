@@ -316,7 +316,8 @@ std::vector<std::string> check_silence(const SourceFile& file) {
 std::vector<std::string> check_one_renderer(const SourceFile& file) {
     static const std::regex assembles(
         R"((train_guide|try_roulette|try_bounces|try_branches|make_caustic_sampler)\s*\(|)"
-        R"(integrator::(World|PathTracer)\s+\w+\s*[({]|make_(unique|shared)<(const )?integrator::(World|PathTracer)>)");
+        R"(integrator::(World|PathTracer)\s+\w+\s*[({]|)"
+        R"(make_(unique|shared)<(const )?integrator::(World|PathTracer)>)");
     // Tests look at the parts one by one
     if (!file.is_cpp_or_header() || file.is_below("src/integrator/") ||
         file.is_below("src/render/") || file.is_below("tests/"))
