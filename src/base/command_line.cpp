@@ -504,10 +504,15 @@ std::vector<DeclaredOption> CommandLine::declared_options() const {
     std::vector<DeclaredOption> declared;
     for (const Declarations::Entry& entry : declarations_->options) {
         std::string command;
+        bool is_hidden = false;
         for (const CLI::App* app = command_of(entry.app); app != owned_.get();
-             app = app->get_parent())
-            if (!app->get_name().empty())
-                command = app->get_name() + (command.empty() ? "" : " ") + command;
+             app = app->get_parent()) {
+            if (app->get_name().empty()) continue;
+            is_hidden |= app->get_group().empty();
+            command = app->get_name() + (command.empty() ? "" : " ") + command;
+        }
+        // Former names take the options of another command
+        if (is_hidden) continue;
         declared.push_back({command, entry.option->get_name(), entry.is_number,
                             entry.option->get_items_expected_min(), entry.reads, entry.writes});
     }

@@ -55,10 +55,13 @@ TEST(Typing, NoCommandWritesOverWhatItReads) {
     app::add_info_command(line, run);
     app::add_flatten_command(line, run);
     app::add_import_command(line, run);
-    std::vector<OverwritingCommand> rows = {{"scene", "--output", {"flatten", "IN", "-o", "IN"}},
-                                            {"file", "--output", {"import", "IN", "-o", "IN"}}};
+    std::vector<OverwritingCommand> rows = {
+        {"scene", "--output", {"flatten", "IN", "-o", "IN"}},
+        {"file", "--output", {"import", "IN", "-o", "IN"}},
+        {"--session", "--output", {"flatten", "x", "--session", "IN", "-o", "IN"}}};
     for (const std::string command : {"render", "plan", "study"}) {
         rows.push_back({"scene", "--output", {command, "IN", "-o", "IN"}});
+        rows.push_back({"--session", "--output", {command, "x", "--session", "IN", "-o", "IN"}});
         rows.push_back(
             {"--for-mix", "--stats", {command, "x", "--for-mix", "IN", "--stats", "IN"}});
     }

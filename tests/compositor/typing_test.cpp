@@ -96,8 +96,8 @@ TEST(Typing, RequestIsStillFoundByItsFormerName) {
     Program other;
     const auto help = other.line.parse({"--help"});
     ASSERT_TRUE(help.has_value());
-    EXPECT_NE(help->message.find("request"), std::string::npos);
-    EXPECT_EQ(help->message.find("\n  plan"), std::string::npos) << help->message;
+    EXPECT_NE(help->text.find("request"), std::string::npos);
+    EXPECT_EQ(help->text.find("\n  plan"), std::string::npos) << help->text;
 }
 
 TEST(Typing, OptionsStandWhereverPeoplePutThem) {
