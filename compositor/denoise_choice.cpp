@@ -14,7 +14,7 @@ constexpr int T = DenoiseKernel::tile_size;
 constexpr size_t centre = size_t(DenoiseKernel::neighbours / 2);
 
 /// Careful and bold regression, and a mean where the features say nothing (foliage, glass). Found
-/// by trial over the scenes of docs/denoising.md.
+/// by trial over the scenes of docs/reference/denoise.md.
 std::vector<DenoiseFilter> filters() {
     return {{0.5f, 1.0f, true}, {1.0f, 1.0f, true}, {1.0f, 2.0f, false}};
 }

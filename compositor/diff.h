@@ -15,8 +15,8 @@ struct LayerDifference {
     std::string layer;
     double largest = 0;  ///< max |a − b|
     double mean = 0;     ///< mean |a − b|
-    /// mean((a − b)² / (b² + 0.01)) over pixels and channels, docs/numerics.md; infinite where a
-    /// value is finite in one file only
+    /// mean((a − b)² / (b² + 0.01)) over pixels and channels, docs/engineering/numerics.md;
+    /// infinite where a value is finite in one file only
     double rel_mse = 0;
     size_t different = 0;  ///< pixels with a different value
     int x = 0, y = 0;      ///< where `largest` is

@@ -147,7 +147,7 @@ int run(const Options& o) {
 }
 
 int run_command(int argc, char** argv) {
-    CommandLine app("The light mixer of Velatura: docs/window.md.", "velatura-comp-ui");
+    CommandLine app("The light mixer of Velatura: docs/reference/window.md.", "velatura-comp-ui");
     Options o;
     app.add_option("input", o.input,
                    "File of light layers, a sequence (shot.####.exr), or a look (.json)");

@@ -49,7 +49,8 @@ void draw_noise(Drawing& drawing) {
     text(percent_text(noise.mix()), drawing.is_noise_old ? colour::dim : colour::text);
     ImGui::PopFont();
     note_item(drawing, "noise");
-    explain("Relative standard error of the mix, from the half images: docs/numerics.md");
+    explain(
+        "Relative standard error of the mix, from the half images: docs/engineering/numerics.md");
     ImGui::PushFont(drawing.fonts.small);
     text(fmt::format(
              "{} as rendered{}", percent_text(noise.rendered()),

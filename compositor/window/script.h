@@ -30,7 +30,7 @@ class Marks {
     std::map<std::string, Box> boxes_;
 };
 
-/// One line of a script. docs/window.md lists the commands.
+/// One line of a script. docs/reference/window.md lists the commands.
 struct ScriptStep {
     enum class Kind { Wait, Frames, Hover, Whole, Click, Drag, Wheel, Key, Type, Drop, Screenshot };
     Kind kind = Kind::Wait;
@@ -43,8 +43,8 @@ struct ScriptStep {
     std::string text;                                        ///< to type; a file
 };
 
-/// Lines as docs/window.md describes them; `#` begins a comment. Errors: "bad-script", with the
-/// line.
+/// Lines as docs/reference/window.md describes them; `#` begins a comment. Errors: "bad-script",
+/// with the line.
 Result<std::vector<ScriptStep>> parse_script(const std::string& text);
 
 /// What mouse and keys are at a frame.

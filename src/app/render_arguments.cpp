@@ -115,7 +115,7 @@ void declare_render_options(Command& command, RenderArguments& a) {
     how.add_option(
            "--forecast", a.forecast,
            "progressive: say how many samples and how much time would bring this relative standard "
-           "error, without stopping at it; up to 8 times the samples (docs/accuracy.md)")
+           "error, without stopping at it; up to 8 times the samples (docs/reference/accuracy.md)")
         .not_empty();
     how.add_option(
            "--max-depth", a.max_depth,
@@ -239,9 +239,10 @@ void declare_render_options(Command& command, RenderArguments& a) {
         .expected(1)
         .take_all();
     layers
-        .add_option("--lpe", a.lpe,
-                    "one more layer, of the light whose paths match: C<RD>L, C.{2}<L.'key'>, "
-                    "unoccluded;C.L … (docs/light_paths.md); may be given again")
+        .add_option(
+            "--lpe", a.lpe,
+            "one more layer, of the light whose paths match: C<RD>L, C.{2}<L.'key'>, "
+            "unoccluded;C.L … (docs/reference/light_path_expressions.md); may be given again")
         .type_name("NAME=EXPRESSION")
         .expected(1)
         .take_all();

@@ -8,7 +8,7 @@ target_compile_options(velatura_warnings INTERFACE
   # GCC 12 warns about its own std::string (bug 105329)
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)
 
-# Numbers must not depend on how the compiler fuses operations (docs/numerics.md: watertight edge functions, bit-equality).
+# Numbers must not depend on how the compiler fuses operations (docs/engineering/numerics.md: watertight edge functions, bit-equality).
 add_library(velatura_numerics INTERFACE)
 # Nobody reads errno or the flags of floating-point exceptions, and no function of ours is replaced when a plugin is loaded:
 # roots become single instructions and calls within a file can be inlined. No result depends on it.

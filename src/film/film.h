@@ -62,7 +62,7 @@ class PixelAccumulator {
 
 /// How noisy the picture is, from its two half images.
 struct NoiseEstimate {
-    image::RelativeError error;  ///< docs/numerics.md, Error
+    image::RelativeError error;  ///< docs/engineering/numerics.md, Error
     uint64_t samples_min = 0, samples_max = 0;
     double samples_mean = 0;
     uint64_t invalid = 0;

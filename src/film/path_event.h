@@ -9,7 +9,8 @@
 
 namespace velatura::film {
 
-/// What a scattering does, as light path expressions tell it apart (docs/light_paths.md).
+/// What a scattering does, as light path expressions tell it apart
+/// (docs/reference/light_path_expressions.md).
 enum class PathEvent : uint8_t {
     Diffuse,
     Subsurface,

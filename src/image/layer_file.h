@@ -74,9 +74,9 @@ struct WriteReport {
     std::vector<std::string> float_layers;  ///< stored float because half would overflow
 };
 
-/// Writes the light layers of `sums` as EXR by the contract of docs/layers.md, verifies the
-/// temporary, then renames. Errors: "closure-failed", "verify-failed" (exit 4), "io-write" (exit
-/// 1), "no-samples", "sums-folded".
+/// Writes the light layers of `sums` as EXR by the contract of docs/reference/layers.md, verifies
+/// the temporary, then renames. Errors: "closure-failed", "verify-failed" (exit 4), "io-write"
+/// (exit 1), "no-samples", "sums-folded".
 Result<WriteReport> write_layer_file(const std::string& path,
                                      const SampleSums& sums,
                                      const FileInfo& info);

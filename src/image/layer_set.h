@@ -31,7 +31,8 @@ struct ShadowCaster {
     bool operator==(const ShadowCaster&) const = default;
 };
 
-/// The light of paths that an expression picks, in a layer of its own (docs/light_paths.md).
+/// The light of paths that an expression picks, in a layer of its own
+/// (docs/reference/light_path_expressions.md).
 struct PathLayer {
     /// As it arrives; as it would without shadows; what shadows take of it.
     enum class Light : uint8_t { Arriving, Unoccluded, Shadow };

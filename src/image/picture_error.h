@@ -72,8 +72,8 @@ std::array<ErrorBases, 3> error_bases(int width, int height, const NoisyPicture&
 ///
 /// Every figure of the error of one picture is this one: the render's, from changes as samples
 /// double (picture_change.h), and that of mixes, from half images. It is by the likely bases, and
-/// a lower bound where it is not known to ±10 % with 95 % confidence (derived in docs/numerics.md,
-/// Error):
+/// a lower bound where it is not known to ±10 % with 95 % confidence (derived in
+/// docs/engineering/numerics.md, Error):
 /// - what few pixels hold, by few_pixels; of one that hangs on a sample or two, what its unknown
 ///   coverage by a bright thing leaves open counts as the variance of its square;
 /// - where it would be more than a tenth less if pixels far above all around them were as bright as

@@ -5,7 +5,7 @@
 
 namespace velatura::image {
 
-/// √relMSE of a picture and its 95 % interval (docs/numerics.md, Error).
+/// √relMSE of a picture and its 95 % interval (docs/engineering/numerics.md, Error).
 struct RelativeError {
     double value = 0;
     double low = 0, high = 0;

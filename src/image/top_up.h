@@ -34,8 +34,8 @@ Result<void> write_top_up(const std::string& path, const TopUpRequest& request);
 Result<TopUpRequest> read_top_up(const std::string& path);
 
 /// How many samples every pixel should have, so that there are `mean` of them in the mean, none has
-/// fewer than are there, and the others are powers of two (docs/hard_cases.md H45) in proportion to
-/// the priority.
+/// fewer than are there, and the others are powers of two (docs/engineering/hard_cases.md H45) in
+/// proportion to the priority.
 ///
 /// A pixel's count depends on its own samples in no way: its priority does not, and the factor of
 /// proportion is reckoned tile by tile from the pixels that are further away than `top_up_reach`.

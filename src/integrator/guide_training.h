@@ -26,7 +26,7 @@ struct GuideTraining {
     guiding::GuidingField field;
     bool is_used = false;  ///< whether to render with the field
     /// Of one camera sample, unguided: variance of its indirect light over the squared picture
-    /// (relMSE, docs/numerics.md).
+    /// (relMSE, docs/engineering/numerics.md).
     double trial_variance = 0;
     int wins = 0;  ///< groups of trial paths, of `group_count`, in which guided paths were the more
                    ///< efficient

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What path layers are told of a path: what each scattering is, by its parts (docs/light_paths.md).
+// What path layers are told of a path: what each scattering is, by its parts
+// (docs/reference/light_path_expressions.md).
 #pragma once
 
 #include "film/sample_radiance.h"

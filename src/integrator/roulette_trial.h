@@ -25,8 +25,8 @@ struct RouletteTrial {
 /// a T² / gain to V and a · gain · c to C: the product is least for gain² = (E[T² / a] / E[a c]) ·
 /// C / V (Bolin & Meyer 1997, "An error metric for Monte Carlo ray tracing"; Rath et al. 2022,
 /// "EARS: Efficiency-Aware Russian Roulette and Splitting", with caches where this has one number
-/// per k). Squares are relative to the pixel, as in docs/numerics.md; V is that of runs of eight
-/// samples, so that what low-discrepancy points integrate well counts little.
+/// per k). Squares are relative to the pixel, as in docs/engineering/numerics.md; V is that of runs
+/// of eight samples, so that what low-discrepancy points integrate well counts little.
 ///
 /// Args: options of the render to come, whose roulette is Roulette::Efficiency; `roulette` and
 /// `branches` are not looked at. stop: ends the trial early, with the usual gain.

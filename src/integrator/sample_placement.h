@@ -65,8 +65,8 @@ std::vector<float> mean_around(const std::vector<float>& values, int width, int 
 ///
 /// A pixel's rate comes from the pilot samples of its neighbours, and their unit from pixels
 /// further away, tile by tile; its own do not enter. So its samples are independent of how many
-/// there are, and their mean is unbiased (docs/hard_cases.md H46: a pixel that has not met the rare
-/// bright path yet must not be left alone for it).
+/// there are, and their mean is unbiased (docs/engineering/hard_cases.md H46: a pixel that has not
+/// met the rare bright path yet must not be left alone for it).
 class SampleRates {
   public:
     /// Every pixel the same.

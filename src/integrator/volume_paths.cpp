@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What paths do in volumes and in what fills bodies (docs/volumes.md).
+// What paths do in volumes and in what fills bodies (docs/reference/volumes.md).
 #include "integrator/direct_light.h"
 #include "integrator/light_walk.h"
 #include "integrator/path.h"

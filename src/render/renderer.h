@@ -166,8 +166,8 @@ class Renderer {
     /// names of mattes. Names and hashes of scene and settings are the caller's to add.
     image::FileInfo file_info() const;
 
-    /// The film as EXR of light layers (docs/layers.md), written to a temporary name, verified and
-    /// renamed. Errors: those of image::write_layer_file.
+    /// The film as EXR of light layers (docs/reference/layers.md), written to a temporary name,
+    /// verified and renamed. Errors: those of image::write_layer_file.
     Result<image::WriteReport> write(const std::string& path) const;
 
   private:

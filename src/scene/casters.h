@@ -16,7 +16,8 @@ struct Caster {
     std::string prim;  ///< path; empty where a name was authored
 };
 
-/// What shadows are told apart by (docs/layers.md). Empty unless layers by caster are wanted.
+/// What shadows are told apart by (docs/reference/layers.md). Empty unless layers by caster are
+/// wanted.
 struct Casters {
     std::vector<Caster> list;
     std::vector<CasterId> shapes;             ///< of Scene::shapes

@@ -10,8 +10,9 @@
 
 namespace velatura::scene {
 
-/// What costs time or memory only because a scene, or an option, calls for it (docs/effects.md).
-/// A new one: a name here, a line in effect.cpp, a rule in integrator/effect_rules.h.
+/// What costs time or memory only because a scene, or an option, calls for it
+/// (docs/reference/effects.md). A new one: a name here, a line in effect.cpp, a rule in
+/// integrator/effect_rules.h.
 enum class Effect : uint8_t {
     // Camera and time
     DepthOfField,

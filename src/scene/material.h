@@ -45,7 +45,7 @@ struct SurfaceExtras {
 };
 
 /// What light does in a fibre with a scaly surface: what a VelaturaHair shader says
-/// (docs/usd-support.md).
+/// (docs/reference/usd_support.md).
 struct Hair {
     enum class Absorber : uint8_t { Color, Melanin, Coefficient };
     Absorber absorber =

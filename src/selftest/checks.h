@@ -20,7 +20,7 @@ struct Finding {
 
 /// A question with a known answer.
 struct Check {
-    const char* hard_case;  ///< of docs/hard_cases.md: "H01"
+    const char* hard_case;  ///< of docs/engineering/hard_cases.md: "H01"
     const char* question;   ///< in plain words
     const char* oracle;     ///< what it is compared with
     /// `amount` scales how much is sampled: 1 takes well below a second on one core. The result is

@@ -28,8 +28,8 @@ struct AnisotropyRange {
 /// Directional albedo of anisotropic GGX reflection, tabulated when made over cosine and the width
 /// in the plane of the direction, α∥² = αx²·cos²φ + αy²·sin²φ: 0.3 s of CPU time for one pair of
 /// widths or a range of one of them, 2.5 s for ranges of both. The isotropic tables (albedo.h)
-/// cannot stand in: at α∥ they miss up to 0.46 (docs/numerics.md). Absolute errors: < 1e-3 for one
-/// pair, < 5e-3 for ranges.
+/// cannot stand in: at α∥ they miss up to 0.46 (docs/engineering/numerics.md). Absolute errors: <
+/// 1e-3 for one pair, < 5e-3 for ranges.
 class AnisotropicAlbedo {
   public:
     explicit AnisotropicAlbedo(const AnisotropyRange& range);

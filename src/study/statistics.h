@@ -37,7 +37,8 @@ struct GroupMeans {
     double standard_error() const;
 };
 
-/// Error measures are squares of relative errors as in docs/numerics.md: mean of (x − ref)² / (ref²
+/// Error measures are squares of relative errors as in docs/engineering/numerics.md: mean of (x −
+/// ref)² / (ref²
 /// + 0.01), where ref is what all renders without bias come to together.
 struct Reference {
     std::vector<double> means;  // [pixel][3]

@@ -226,7 +226,7 @@ void note_color_configuration(Context& ctx) {
     if (!name.empty())
         ctx.diagnostics.note("color-configuration", ctx.stage.pseudo_root().loc(), "",
                              fmt::format("colorConfiguration {} is not read: color spaces go by "
-                                         "the names of docs/usd-support.md",
+                                         "the names of docs/reference/usd_support.md",
                                          name));
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shaders of fibres: info:id VelaturaHair (docs/usd-support.md).
+// Shaders of fibres: info:id VelaturaHair (docs/reference/usd_support.md).
 #include "translate/shader_inputs.h"
 #include "translate/values.h"
 

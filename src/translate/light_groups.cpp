@@ -12,7 +12,8 @@ namespace velatura::translate {
 
 namespace {
 
-/// Names that gains and layers give another meaning (docs/layers.md, docs/compositing.md).
+/// Names that gains and layers give another meaning (docs/reference/layers.md,
+/// docs/reference/mix.md).
 bool is_reserved(const std::string& name) {
     static const std::unordered_set<std::string> words = {
         "env", "emissive", "rest", "direct", "indirect", "tail", "shadow", "all"};

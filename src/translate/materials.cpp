@@ -27,7 +27,7 @@ constexpr std::array known_inputs = {
     "opacityThreshold", "opacityMode",        "ior",
     "normal",           "displacement",       "occlusion"};
 
-/// What Velatura adds to it (docs/usd-support.md).
+/// What Velatura adds to it (docs/reference/usd_support.md).
 constexpr std::array own_inputs = {
     "velatura:roughTransmission",   "velatura:anisotropy",
     "velatura:anisotropyRotation",  "velatura:thinWalled",

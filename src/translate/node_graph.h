@@ -101,7 +101,7 @@ struct NodeCategory {
 std::span<const NodeCategory> computing_nodes();
 /// The maker of a category of pattern nodes; null for those that are not supported.
 NodeMaker find_node_maker(std::string_view category);
-/// All of them, for the table of docs/materialx.md.
+/// All of them, for the table of docs/reference/materialx.md.
 std::vector<std::string_view> node_categories();
 
 // Makers of node_images.cpp

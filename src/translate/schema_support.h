@@ -6,7 +6,7 @@
 
 namespace velatura::translate {
 
-/// What becomes of an attribute that a schema declares (docs/usd-support.md).
+/// What becomes of an attribute that a schema declares (docs/reference/usd_support.md).
 enum class Support : unsigned char {
     Used,      ///< reaches the image; tests/identities/schema_attributes_test.cpp renders it alone
     Warned,    ///< a warning names it where it would change the image

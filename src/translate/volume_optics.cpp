@@ -126,7 +126,7 @@ class OpticsReader {
         const std::string id = read_text(shader_.attribute("info:id"), "", ctx_.time);
         ctx_.warn("unsupported-shader", shader_,
                   fmt::format("volume shader {} is not run: of its inputs those count that "
-                              "Velatura knows by name (docs/volumes.md)",
+                              "Velatura knows by name (docs/reference/volumes.md)",
                               id.empty() ? "without info:id" : id));
         for (const auto& property : shader_.property_names()) {
             const std::string& text = property.str();

@@ -36,8 +36,8 @@ struct ClosedMesh {
     SoupScene scene() const;
 };
 
-/// Those of docs/hard_cases.md H01: smooth and rough spheres, eyes off the centre, far from the
-/// origin, slivers, placed by an uneven instance.
+/// Those of docs/engineering/hard_cases.md H01: smooth and rough spheres, eyes off the centre, far
+/// from the origin, slivers, placed by an uneven instance.
 std::vector<ClosedMesh> closed_meshes();
 
 /// Shoots at random vertices and at random points of random edges.

@@ -295,8 +295,8 @@ TEST_P(DielectricFurnace, GlassIsOne) {
                  fmt::format("glass, roughness {}", GetParam()));
 }
 
-// The compensation is tabulated: 2e-3 is its bound (docs/hard_cases.md H20), tested by quadrature
-// in tests/shading; here the paths through the ball join in
+// The compensation is tabulated: 2e-3 is its bound (docs/engineering/hard_cases.md H20), tested by
+// quadrature in tests/shading; here the paths through the ball join in
 TEST_P(DielectricFurnace, FrostedGlassIsOne) {
     scene::Material glass;
     glass.roughness = scene::Input(GetParam());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Blur of what moves while the shutter is open, against its profile (docs/hard_cases.md H47).
+// Blur of what moves while the shutter is open, against its profile (docs/engineering/hard_cases.md
+// H47).
 #include "hard_case.h"
 #include "test_scene.h"
 

@@ -132,7 +132,7 @@ TEST(ThinWall, PaperGlowsFromBehind) {
     }
 }
 
-// docs/hard_cases.md H31: a ball of paper in a dome of radiance 1 is not to be seen
+// docs/engineering/hard_cases.md H31: a ball of paper in a dome of radiance 1 is not to be seen
 TEST(ThinWall, FurnaceOfPaperAndGlass) {
     for (const float roughness : {0.0f, 0.4f}) {
         scene::Material sheet;

@@ -181,7 +181,7 @@ TEST_F(EffectsCommand, RefusesNamesThatMeanNothing) {
     EXPECT_FALSE(w.exists("a.exr"));
 }
 
-/// The example of docs/effects.md is a scene of the tree: what it counts is counted here.
+/// The example of docs/reference/effects.md is a scene of the tree: what it counts is counted here.
 TEST(EffectsDocs, TheExampleCountsAsThePlanDoes) {
     if (!std::filesystem::exists(VELATURA_SOURCE_DIR "/scenes/atelier/generated/complete"))
         GTEST_SKIP() << "python3 scenes/make.py atelier was not run";
@@ -189,7 +189,7 @@ TEST(EffectsDocs, TheExampleCountsAsThePlanDoes) {
     const CommandResult plan =
         w.velatura("plan '" VELATURA_SOURCE_DIR "/scenes/atelier/atelier.usda'");
     ASSERT_EQ(plan.exit_code, 0) << plan.output;
-    std::ifstream file(VELATURA_SOURCE_DIR "/docs/effects.md");
+    std::ifstream file(VELATURA_SOURCE_DIR "/docs/reference/effects.md");
     const std::string docs((std::istreambuf_iterator<char>(file)), {});
     const auto line = [](const std::string& text, const std::string& begin) {
         const size_t at = text.find(begin);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What degenerate input costs: time to build and to trace scenes of docs/hard_cases.md H07 and
-// H09 … H12, against ordinary scenes with as many triangles that count. No ratio should be above 3.
-// That the hits are right is shown by tests/hardcases.
+// What degenerate input costs: time to build and to trace scenes of docs/engineering/hard_cases.md
+// H07 and H09 … H12, against ordinary scenes with as many triangles that count. No ratio should be
+// above 3. That the hits are right is shown by tests/hardcases.
 #include "accel/bvh.h"
 #include "base/tasks.h"
 #include "cpu_clock.h"

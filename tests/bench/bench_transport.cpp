@@ -26,7 +26,7 @@ constexpr uint64_t sample_count = 16;
 constexpr uint64_t placed_count = 64;  ///< of adaptive renders: the first 16 of them are the pilot
 constexpr double blur_px = 1.5;
 constexpr double floor_squared =
-    0.01;  ///< of the relative error: mean² + 0.01, as in docs/numerics.md
+    0.01;  ///< of the relative error: mean² + 0.01, as in docs/engineering/numerics.md
 
 /// Independent renders of one technique.
 struct Runs {

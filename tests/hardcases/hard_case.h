@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <string>
 
-/// The hard cases of docs/hard_cases.md. A test belongs to case 7 when the name of its suite begins
-/// with H07; what it measures is written down while it runs, wherever the test lives.
+/// The hard cases of docs/engineering/hard_cases.md. A test belongs to case 7 when the name of its
+/// suite begins with H07; what it measures is written down while it runs, wherever the test lives.
 namespace velatura::hardcase {
 
 /// How much is sampled: on every commit, every night, before a release. By the environment variable

@@ -3,7 +3,7 @@
 """Renders hard cases beside what they must equal. Usage: tests/hardcases/pictures.py [--bin FOLDER] [--keep FOLDER] [--only H07…]
 [-o FILE.jpg]
 
-Writes small scenes, renders each, compares those that must be the same, and puts all pictures on one sheet, docs/hard_cases.jpg.
+Writes small scenes, renders each, compares those that must be the same, and puts all pictures on one sheet, docs/engineering/hard_cases.jpg.
 Fails where pictures that must agree to the bit do not, or others are further apart than they may be. --keep leaves scenes, layers
 and pictures in a folder, --only makes the rows of some cases.
 """
@@ -25,7 +25,7 @@ sys.path.insert(0, str(ROOT / "scenes/tools"))
 from contact_sheet import sheet  # noqa: E402
 from images import write_hdr  # noqa: E402
 
-SHEET = ROOT / "docs/hard_cases.jpg"
+SHEET = ROOT / "docs/engineering/hard_cases.jpg"
 COLUMNS, WIDTH, HEIGHT, SAMPLES = 4, 416, 272, 16
 
 

@@ -4,7 +4,7 @@
 [--write] [--pictures] [--only H07…]
 
 Tests whose suite begins with H01 to H53 write down what they measure (hard_case.h); cases.toml says what the cases are.
---write puts the table into docs/hard_cases.md, --pictures renders docs/hard_cases.jpg before (pictures.py). Fails when a test
+--write puts the table into docs/engineering/hard_cases.md, --pictures renders docs/engineering/hard_cases.jpg before (pictures.py). Fails when a test
 fails, a bound is not kept, a case was not measured, a case that is said to fail does not, or a picture is not as it should be.
 """
 import argparse
@@ -21,7 +21,7 @@ import time
 import tomllib
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PAGE = ROOT / "docs/hard_cases.md"
+PAGE = ROOT / "docs/engineering/hard_cases.md"
 PICTURES = PAGE.with_suffix(".jpg")
 CASES = [f"H{n:02}" for n in range(1, 54)]
 
@@ -130,7 +130,7 @@ def draw(programs):
 
 
 def page(texts, verdicts, measured, size, seconds):
-    """docs/hard_cases.md."""
+    """docs/engineering/hard_cases.md."""
     count = {v: sum(1 for verdict, _ in verdicts.values() if verdict == v) for v in ("passed", "fails", "not applicable")}
     total = sum(len(lines) for lines in measured.values())
     out = [f"""# Hard cases
@@ -168,8 +168,8 @@ def main():
     parser.add_argument("--tests", type=pathlib.Path, default=ROOT / "build/release/tests", help=argparse.SUPPRESS)
     parser.add_argument("--size", choices=["commit", "nightly", "release"], default="commit")
     parser.add_argument("--only", nargs="+", choices=CASES, metavar="CASE", help="these cases alone")
-    parser.add_argument("--write", action="store_true", help="put the table into docs/hard_cases.md")
-    parser.add_argument("--pictures", action="store_true", help="render docs/hard_cases.jpg")
+    parser.add_argument("--write", action="store_true", help="put the table into docs/engineering/hard_cases.md")
+    parser.add_argument("--pictures", action="store_true", help="render docs/engineering/hard_cases.jpg")
     arguments = parser.parse_args()
     if arguments.write and arguments.only:
         parser.error("--write needs all cases")

@@ -32,7 +32,7 @@ double count_different(const std::vector<double>& a, const std::vector<double>& 
     return double(count);
 }
 
-/// relMSE (docs/numerics.md) over all pixels and channels.
+/// relMSE (docs/engineering/numerics.md) over all pixels and channels.
 double relative_mse(const std::vector<double>& a, const std::vector<double>& reference) {
     double sum = 0;
     for (size_t i = 0; i < a.size(); ++i)

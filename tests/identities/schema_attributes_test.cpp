@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every attribute that docs/usd-support.md calls used, alone in a small stage: with it the image is
-// another one than without it, and equals the closed form or the image of a twin, which says the
-// same by other means. The list comes from the tables of the code: an attribute that is declared in
-// src/usd/stage/generated, is not among translate::unused_attributes() and has no row here fails.
+// Every attribute that docs/reference/usd_support.md calls used, alone in a small stage: with it
+// the image is another one than without it, and equals the closed form or the image of a twin,
+// which says the same by other means. The list comes from the tables of the code: an attribute that
+// is declared in src/usd/stage/generated, is not among translate::unused_attributes() and has no
+// row here fails.
 #include "schema_attributes.h"
 
 #include "translate/schema_support.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Environment maps of the size and range of real ones (docs/hard_cases.md H27), every texel
-// checked.
+// Environment maps of the size and range of real ones (docs/engineering/hard_cases.md H27), every
+// texel checked.
 #include "base/tasks.h"
 #include "hard_case.h"
 #include "light_fixtures.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Irradiance from single lights against closed forms (docs/hard_cases.md H24, H26) and against
-// quadrature over the surface.
+// Irradiance from single lights against closed forms (docs/engineering/hard_cases.md H24, H26) and
+// against quadrature over the surface.
 #include "hard_case.h"
 #include "light_fixtures.h"
 

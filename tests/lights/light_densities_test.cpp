@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pearson's test of the samples of every kind of light against their densities, over a grid of
-// receivers: near, far, grazing, inside, under affine maps (docs/hard_cases.md
+// receivers: near, far, grazing, inside, under affine maps (docs/engineering/hard_cases.md
 // H24 … H27).
 #include "../sampling/chi_square.h"
 #include "emissive_fixtures.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Trees over up to a million unequal lights (docs/hard_cases.md H29).
+// Trees over up to a million unequal lights (docs/engineering/hard_cases.md H29).
 #include "emissive_fixtures.h"
 #include "hard_case.h"
 #include "lights/light_tree.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solid angles of triangles and points uniform in them (docs/hard_cases.md H25).
+// Solid angles of triangles and points uniform in them (docs/engineering/hard_cases.md H25).
 #include "lights/spherical_triangle.h"
 
 #include "../sampling/chi_square.h"

@@ -9,7 +9,7 @@
 
 namespace velatura::meta {
 
-/// The house as data: docs/architecture.md says the same in words.
+/// The house as data: docs/engineering/architecture.md says the same in words.
 
 /// tier → tiers whose headers it may include beside its own and `base`. Tiers are folders below
 /// src/, and `compositor`.

@@ -361,6 +361,14 @@ std::vector<std::string> check_pages(const SourceFile& file, const std::vector<S
         return std::any_of(tree.begin(), tree.end(),
                            [&](const SourceFile& f) { return f.path == name; });
     };
+    // By its name alone: docs/*/PAGE
+    const auto exists_in_a_part_of_docs = [&](const std::string& page) {
+        return page.find('/') == std::string::npos &&
+               std::any_of(tree.begin(), tree.end(), [&](const SourceFile& f) {
+                   return f.is_below("docs/") && base_name(f.path) == page &&
+                          parent_folder(parent_folder(f.path)) == "docs";
+               });
+    };
     std::vector<std::string> out;
     for (size_t i = 0; i < file.lines.size(); ++i) {
         const std::string& line = file.lines[i];
@@ -374,7 +382,8 @@ std::vector<std::string> check_pages(const SourceFile& file, const std::vector<S
             const bool is_link =
                 file.ends_with(".md") && line.substr(0, size_t(match->position())).ends_with("](");
             if (!exists(fs::path(parent_folder(file.path)) / page) &&
-                (is_link || (!exists(fs::path("docs") / page) && !exists(page))))
+                (is_link || (!exists(fs::path("docs") / page) && !exists(page) &&
+                             !exists_in_a_part_of_docs(page))))
                 out.push_back(violation(file, i + 1, "there is no page " + page));
         }
     }

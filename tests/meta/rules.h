@@ -51,7 +51,7 @@ std::vector<std::string> check_test_assets(const SourceFile&);
 /// What is no number is not forgotten where tests of hard cases look for the worst.
 std::vector<std::string> check_worst_of_numbers(const SourceFile&);
 /// A page (.md) that is named exists: relative to the file or, unless it is a link, to docs/ or the
-/// root.
+/// root, or in a folder of docs/ by its name alone.
 std::vector<std::string> check_pages(const SourceFile&, const std::vector<SourceFile>& tree);
 /// Rules on folders.
 std::vector<std::string> check_tier_readmes(const std::vector<SourceFile>& tree);

@@ -256,8 +256,9 @@ TEST(Rules, WorstOfNumbers) {
 
 TEST(Rules, Pages) {
     const std::vector<SourceFile> tree = {
-        make_file("docs/light.md", ""), make_file("docs/adr/0001-light.md", ""),
-        make_file("src/film/README.md", ""), make_file("README.md", "")};
+        make_file("docs/light.md", ""),          make_file("docs/adr/0001-light.md", ""),
+        make_file("docs/reference/lamp.md", ""), make_file("docs/a/b/deep.md", ""),
+        make_file("src/film/README.md", ""),     make_file("README.md", "")};
     const auto caught = [&](const char* path, const char* text) {
         return check_pages(make_file(path, text), tree);
     };
@@ -269,6 +270,10 @@ TEST(Rules, Pages) {
     EXPECT_TRUE(caught("src/film/a.h", "// docs/light.md, light.md; adr/0001-light.md\n").empty());
     EXPECT_TRUE(caught("src/film/README.md", "[a](../../docs/light.md#top), light.md\n").empty());
     EXPECT_TRUE(caught("tests/a.cpp", "open(root + \"/docs/light.md\");\n").empty());
+    // By its name alone, in a part of docs/; a link says where
+    EXPECT_TRUE(caught("src/film/a.h", "// lamp.md\n").empty());
+    EXPECT_EQ(caught("src/film/a.h", "// deep.md\n").size(), 1u);
+    EXPECT_EQ(caught("docs/light.md", "[lamp.md](lamp.md)\n").size(), 1u);
     EXPECT_TRUE(caught("docs/light.md", "https://example.org/shade.md\n").empty());
 }
 

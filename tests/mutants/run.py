@@ -8,7 +8,7 @@ them). Of each the test that the table names runs first, then the hard cases of 
 default, also all tests of the program that the table names and of the bug's tier. --size commit takes the bugs whose test
 is labelled quick, and runs quick tests only: what `./dev test` must notice. No test is asked that has not passed without a bug before. Fails when a bug
 is not noticed or does not compile, or a test fails without any. --resume takes what earlier runs found of the same bug in
-the same file; --write makes docs/mutants.md of all. --check only holds the table against the tree.
+the same file; --write makes docs/engineering/mutation_testing.md of all. --check only holds the table against the tree.
 """
 import argparse
 import concurrent.futures
@@ -29,7 +29,7 @@ import tomllib
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 COPIES = ROOT / "build/mutants"
-PAGE = ROOT / "docs/mutants.md"
+PAGE = ROOT / "docs/engineering/mutation_testing.md"
 # A bug that makes a loop endless is noticed, too
 LONGEST_S = 300.0
 
@@ -278,7 +278,7 @@ def try_all(copies, chosen, steps_of, record):
 
 
 def page(table, results):
-    """docs/mutants.md."""
+    """docs/engineering/mutation_testing.md."""
     count = {size: sum(1 for r in results.values() if size_of(r["test"]) == size) for size in ("commit", "nightly", "tests")}
     out = [f"""# Planted bugs
 
@@ -288,7 +288,7 @@ the first that does: a bug may be noticed by more tests than are named here. A b
 with an oracle, and is never made easier to see.
 
 {datetime.date.today().isoformat()}: {len(results)} bugs, all of them noticed, {count['commit']} by a hard case that runs on every
-commit (docs/hard_cases.md), {count['nightly']} by one that runs at night, {count['tests']} by other tests. Of each bug this is what its latest
+commit (docs/engineering/hard_cases.md), {count['nightly']} by one that runs at night, {count['tests']} by other tests. Of each bug this is what its latest
 run found with its file as it is (`./dev mutants --resume --write`). Seconds are those of building and testing, on a busy machine.
 
 | bug | file | what pictures would show | noticed by | size | s |
@@ -305,7 +305,7 @@ def main():
     parser.add_argument("--size", choices=["commit", "all"], default="all")
     parser.add_argument("--jobs", type=int, default=max(1, (os.cpu_count() or 1) // 2), help="bugs at a time, each in a copy of its own")
     parser.add_argument("--resume", action="store_true", help="take what earlier runs found of the same bug in the same file")
-    parser.add_argument("--write", action="store_true", help="put the table into docs/mutants.md")
+    parser.add_argument("--write", action="store_true", help="put the table into docs/engineering/mutation_testing.md")
     parser.add_argument("--check", action="store_true", help="only hold the table against the tree")
     arguments = parser.parse_args()
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The worked example of docs/plugins.md: an accelerator that tests every triangle.
+// The worked example of docs/reference/plugins.md: an accelerator that tests every triangle.
 #include "accel/accelerator_factory.h"
 #include "brute_force.h"
 #include "plugin/plugin_api.h"

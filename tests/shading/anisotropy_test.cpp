@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // GGX with two widths: sampling, albedo, energy, reciprocity, rough transmission
-// (docs/hard_cases.md H18 … H21).
+// (docs/engineering/hard_cases.md H18 … H21).
 #include "../sampling/chi_square.h"
 #include "bsdf_quadrature.h"
 #include "half_vector_cells.h"
@@ -239,7 +239,7 @@ Shares quadrature_energy(const Bsdf& bsdf, const SurfaceParameters& p, const Vec
     return s;
 }
 
-// docs/hard_cases.md H20
+// docs/engineering/hard_cases.md H20
 TEST(AnisotropicEnergy, WhiteMetalReflectsOne) {
     double worst = 0, worst_without = 0;
     const Vec2 pairs[] = {{1.0f, 0.5f}, {1.0f, 0.05f}, {0.5f, 0.1f}, {0.2f, 0.02f}, {0.05f, 0.01f}};

@@ -153,8 +153,8 @@ TEST(BsdfSides, ShadingNormalBehindTheViewerIsBentForward) {
     EXPECT_FALSE(is_black(bsdf.f(wo, up)));
 }
 
-// Above the smooth surface that a facet stands for counts as above (docs/hard_cases.md H15),
-// behind both does not
+// Above the smooth surface that a facet stands for counts as above (docs/engineering/hard_cases.md
+// H15), behind both does not
 TEST(BsdfSides, TheHorizonIsThatOfTheSmoothSurface) {
     const Vec3 smooth = tilted(15), wo = direction(0.9, 0.3);
     TestRandom random(2);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rough transmission: energy on both sides, sampling, reciprocity with η², the limit of index 1
-// (docs/hard_cases.md H20 … H22).
+// (docs/engineering/hard_cases.md H20 … H22).
 #include "../sampling/chi_square.h"
 #include "bsdf_quadrature.h"
 #include "hard_case.h"

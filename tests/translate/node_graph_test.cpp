@@ -278,7 +278,7 @@ TEST(NodeGraph, FractalsOfTwoAndFourReadOneElsewhere) {
     EXPECT_GT(std::abs(one(here) - one(there)), 1e-2f);
 }
 
-// A new node needs a case here, and a row in docs/materialx.md
+// A new node needs a case here, and a row in docs/reference/materialx.md
 TEST(NodeGraph, EveryNodeHasACase) {
     // These read a surface or a file, or pass on what they are given
     const std::set<std::string_view> elsewhere = {
@@ -293,7 +293,7 @@ TEST(NodeGraph, EveryNodeHasACase) {
 }
 
 TEST(NodeGraph, ThePageListsTheNodes) {
-    std::ifstream in(std::string(VELATURA_SOURCE_DIR) + "/docs/materialx.md");
+    std::ifstream in(std::string(VELATURA_SOURCE_DIR) + "/docs/reference/materialx.md");
     const std::string page{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
     const size_t start = page.find("| group | nodes |"), end = page.find("\n\n", start);
     ASSERT_NE(end, std::string::npos);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The columns of docs/usd-support.md against translate/schema_support.h.
+// The columns of docs/reference/usd_support.md against translate/schema_support.h.
 #include "translate/schema_support.h"
 #include "usd/stage/schema_tables.h"
 
@@ -19,7 +19,7 @@ namespace {
 /// By "schema attribute": the column, 2 to 4.
 std::map<std::string, size_t> columns_of_page() {
     std::map<std::string, size_t> columns;
-    std::ifstream in(std::filesystem::path(VELATURA_SOURCE_DIR) / "docs/usd-support.md");
+    std::ifstream in(std::filesystem::path(VELATURA_SOURCE_DIR) / "docs/reference/usd_support.md");
     for (std::string line; std::getline(in, line);) {
         if (!line.starts_with("| `")) continue;
         std::vector<std::string> cells;

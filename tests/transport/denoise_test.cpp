@@ -40,7 +40,7 @@ double noise_of(const LayerStack& stack, const Look& look) {
     return sum / (3.0 * double(width) * height);
 }
 
-/// relMSE (docs/numerics.md).
+/// relMSE (docs/engineering/numerics.md).
 double error(const image::Image& test, const image::Image& reference) {
     double sum = 0;
     for (const char* c : {"R", "G", "B"}) {

@@ -293,9 +293,9 @@ TEST_F(WindowTest, MoreBouncesThanATableTakesAreSaid) {
     EXPECT_EQ(played.code, 0) << played.output;
 }
 
-/// The pictures of docs/window.md: with VELATURA_WINDOW_LAYERS=atelier.exr (scenes/atelier, 768 ×
-/// 432, 56 samples, --halves) they are those of the page, written to VELATURA_WINDOW_PICTURES and
-/// made small by `oiiotool --compression jpeg:80`.
+/// The images of docs/reference/window.md: with VELATURA_WINDOW_LAYERS=atelier.exr (scenes/atelier,
+/// 768 × 432, 56 samples, --halves) they are those of the page, written to VELATURA_WINDOW_PICTURES
+/// and made small by `oiiotool --compression jpeg:80`.
 TEST_F(WindowTest, ATourTakesThePicturesOfTheDocs) {
     const char* layers = std::getenv("VELATURA_WINDOW_LAYERS");
     const char* folder = std::getenv("VELATURA_WINDOW_PICTURES");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// docs/usd-support.md against the code: every format, arc, schema and attribute that the code's
-// tables know has its row, and what a row promises can be found in the sources that keep it.
+// docs/reference/usd_support.md against the code: every format, arc, schema and attribute that the
+// code's tables know has its row, and what a row promises can be found in the sources that keep it.
 #include "usd/compose/layer_registry.h"
 #include "usd/compose/prim_index.h"
 #include "usd/stage/schema_tables.h"
@@ -53,7 +53,7 @@ Names names_in(const std::string& cell) {
 /// Rows of all tables of the page by their name.
 std::map<std::string, Row> page_rows() {
     std::map<std::string, Row> rows;
-    std::istringstream in(read(fs::path(VELATURA_SOURCE_DIR) / "docs/usd-support.md"));
+    std::istringstream in(read(fs::path(VELATURA_SOURCE_DIR) / "docs/reference/usd_support.md"));
     for (std::string line; std::getline(in, line);) {
         if (!line.starts_with("| `")) continue;
         std::vector<std::string> cells;
