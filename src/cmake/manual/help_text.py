@@ -7,6 +7,8 @@ import subprocess
 
 # Entries of a section are indented by less, the lines that continue them by more
 CONTINUATION_INDENT = 8
+# What may stand behind an option's name and value, with the text on the lines below
+OF_THE_HEAD = re.compile(r"in \[|[-\w.+]+\]|- |x \d|\.\.\.|REQUIRED|Needs:|Excludes:")
 
 
 @dataclasses.dataclass
@@ -56,11 +58,16 @@ def parse_option(head, text):
 
 def entries(lines):
     """(head, text) of each entry: two columns, or the text on the lines below."""
+    # A head that fills its column has one space behind it
+    columns = [len(line) - len(line[found.end():]) for line in lines if (found := re.match(r" *\S.*?  +(?=\S)", line))]
+    column = max(set(columns), key=columns.count, default=0)
     found = []
     for line in lines:
         indent = len(line) - len(line.lstrip())
         if indent >= CONTINUATION_INDENT and found:
             found[-1][1] = f"{found[-1][1]} {line.strip()}".strip()
+        elif column and line[column - 1:column] == " " and line[column:column + 1].strip() and not OF_THE_HEAD.match(line[column:]):
+            found.append([line[:column].strip(), line[column:].strip()])
         else:
             head, _, text = re.sub(r" {2,}", "\t", line.strip(), count=1).partition("\t")
             found.append([head, text.strip()])
@@ -117,6 +124,7 @@ def read_program(program):
     for i, listed in enumerate(command.subcommands):
         word = listed.name.split()[-1]
         found = parse(listed.name, help_of(program, word))
+        found.subcommands = [parse(sub.name, help_of(program, word, sub.name.split()[-1])) for sub in found.subcommands]
         found.summary = found.summary or listed.summary
         if not found.options:
             raise SystemExit(f"{program} {word} --help lists no options: its form is another one than {__file__} reads")
