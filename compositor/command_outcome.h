@@ -7,7 +7,7 @@
 
 namespace velatura::compositor {
 
-/// Exit codes, docs/reference/rendering.md.
+/// Exit codes, docs/reference/command_line.md.
 enum ExitCode { done = 0, failed = 1, usage = 2, partly = 3, check_failed = 4, refused = 5 };
 
 /// Prints the error. Returns: the exit code that its code stands for.

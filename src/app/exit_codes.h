@@ -6,7 +6,7 @@
 
 namespace velatura::app {
 
-/// Exit codes of every command; docs/reference/rendering.md has the same table.
+/// Exit codes of every command; docs/reference/command_line.md has the same table.
 enum ExitCode : int {
     Done = 0,
     RenderError = 1,  ///< scene, input/output or render error; a missing asset

@@ -29,7 +29,7 @@ std::string text_of(const std::string& file) {
 TEST(ExitCodes, HelpAndDocsHaveTheTable) {
     const test::Workplace w;
     const std::string help = w.velatura("--help").output;
-    const std::string docs = text_of("docs/reference/rendering.md");
+    const std::string docs = text_of("docs/reference/command_line.md");
     // Lines of help are broken between words
     std::string words;
     std::istringstream in(help);

@@ -83,7 +83,7 @@ def page(programs):
     lines = ["# Options", "",
              "Every option of every command, as `--help` prints it. This page is generated: `ninja -C build/release velatura_options_page`",
              "writes it, and a test compares it with the programs. What the options do together is in [rendering.md](rendering.md) and",
-             "[mix.md](mix.md); exit codes are in [rendering.md](rendering.md#exit-codes).", "", "| command | what it does |", "|---|---|"]
+             "[mix.md](mix.md); exit codes are in [command_line.md](command_line.md#exit-codes).", "", "| command | what it does |", "|---|---|"]
     commands = []
     for program in programs:
         for command in program.subcommands or [program]:
