@@ -27,11 +27,11 @@ CASES = [f"H{n:02}" for n in range(1, 54)]
 
 PICTURES_TEXT = f"""![Hard cases beside what they must equal]({PICTURES.name})
 
-Hard cases that show, each beside what it must equal; captions begin with the number of the case. `./dev hardcases --pictures`
-renders them (`tests/hardcases/pictures.py`) and compares: scenes that are moved by 1e8, scaled by 2^-20 or in another order,
-closed shutters, lenses without a focus and texels that are no numbers must give the same picture to the bit; of the others
-the relMSE has a bound. White balls must vanish in a white dome (H20), nothing may leak of a lamp of 1e5 in a closed body (H13),
-and water that touches its glass must look like water that reaches into it, while a gap shows (H41).
+Images of hard cases, each beside the image that it must equal; captions begin with the number of the case. `./dev hardcases --pictures`
+renders them (`tests/hardcases/pictures.py`) and compares. Scenes that are moved by 1e8, scaled by 2^-20 or in another order,
+closed shutters, lenses without a focus and NaN texels must give the same image to the bit; the relMSE of the others has a
+bound. White balls must vanish in a white dome (H20), a lamp of 1e5 in a closed mesh must not leak (H13), and water that touches
+its glass must look like water that overlaps it, while a gap is visible (H41).
 """
 
 
@@ -135,15 +135,15 @@ def page(texts, verdicts, measured, size, seconds):
     total = sum(len(lines) for lines in measured.values())
     out = [f"""# Hard cases
 
-What breaks renderers, and what Velatura does there. Every number below was measured by a test whose suite begins with the
-number of the case; `./dev hardcases --size {size} --write` runs them and writes this page. A bound of 0 is equality to the
-bit, or a count of failures. *Seen* is the smallest error that a test finds with a probability of 90 %, *exact* where nothing
-is drawn; a test whose noise hides its bound fails, unless the bound is a few standard errors itself (H44). Of the measurements of a test the one nearest to its bound is shown.
+Cases that break renderers: what goes wrong elsewhere, how Velatura avoids it, and the measured error. A test whose suite begins with the
+number of the case measured each number; `./dev hardcases --size {size} --write` runs them and writes this page. A bound of 0 is equality to the
+bit, or a count of failures. *Seen* is the smallest error that a test finds with a probability of 90 %, *exact* without
+random numbers; a test whose noise exceeds its bound fails, unless the bound is a few standard errors itself (H44). Of the measurements of a test the one nearest to its bound is shown.
 
 Size `{size}`, {datetime.date.today().isoformat()}: {total} measurements in {seconds:.0f} s of CPU time. {count['passed']} cases
-passed, {count['fails']} fails in a known way, {count['not applicable']} do not apply. What is said of other renderers was read in their sources
+passed, {count['fails']} fails in a known way, {count['not applicable']} do not apply. Statements about other renderers come from their sources
 (pbrt-v4 5f7a606, Mitsuba 3 b45b0a9, Cycles 97dbe6f, MoonRay 7330447, Embree 93040c7) or in the issues named; nothing was run there.
-How numbers are treated here: [numerics.md](numerics.md).
+Units, precision and error: [numerics.md](numerics.md).
 """]
     if PICTURES.exists():
         out.append(PICTURES_TEXT)

@@ -280,18 +280,22 @@ def try_all(copies, chosen, steps_of, record):
 def page(table, results):
     """docs/engineering/mutation_testing.md."""
     count = {size: sum(1 for r in results.values() if size_of(r["test"]) == size) for size in ("commit", "nightly", "tests")}
-    out = [f"""# Planted bugs
+    out = [f"""# Mutation testing
 
-Tests that nothing fails say little. `./dev mutants` plants small bugs, one at a time, in copies of the tree, and looks which
-test notices; `tests/mutants/mutants.toml` has them. Of each the test that should notice runs first, and the search ends with
-the first that does: a bug may be noticed by more tests than are named here. A bug that none notices is a gap: it gets a test
-with an oracle, and is never made easier to see.
+How well the tests detect bugs: `./dev mutants` plants small bugs, one at a time, in copies of the tree, and reports which test fails.
+`tests/mutants/mutants.toml` lists the bugs.
 
-{datetime.date.today().isoformat()}: {len(results)} bugs, all of them noticed, {count['commit']} by a hard case that runs on every
-commit (docs/engineering/hard_cases.md), {count['nightly']} by one that runs at night, {count['tests']} by other tests. Of each bug this is what its latest
-run found with its file as it is (`./dev mutants --resume --write`). Seconds are those of building and testing, on a busy machine.
+    ./dev mutants                       all bugs, every test that can detect them
+    ./dev mutants --size commit         those that the quick tests must detect
 
-| bug | file | what pictures would show | noticed by | size | s |
+For each bug the test that should fail runs first, and the search ends with the first failure: more tests than the named one can
+detect a bug. A bug that no test detects is a gap: it gets a test with an oracle, and is never made easier to detect.
+
+{datetime.date.today().isoformat()}: {len(results)} bugs, all of them detected, {count['commit']} by a hard case that runs on every
+commit ([hard_cases.md](hard_cases.md)), {count['nightly']} by one that runs at night, {count['tests']} by other tests. Each row is the latest run
+with the present file (`./dev mutants --resume --write`). Seconds are those of building and testing, on a busy machine.
+
+| bug | file | what images would show | detected by | size | s |
 |---|---|---|---|---|---|"""]
     for m in table:
         r = results[m["name"]]
