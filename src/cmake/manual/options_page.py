@@ -28,8 +28,8 @@ def cell(text):
 def split_default(option):
     """(value, default, meaning): `(default: X)` or `(default X)` of the text, `[X]` behind the value."""
     value, text, default = option.value, option.text, ""
-    behind = re.match(r"(.*?)\s*(?<!in )\[([^\[\]]*)\]$", value)
-    if behind:
+    behind = re.match(r"(.*\S)\s+\[([^\[\]]*)\]$", value)
+    if behind and not re.search(r"\bin$", behind[1]):
         value, default = behind.groups()
     within = re.search(r"\s*\(default:? ([^()]*(?:\([^()]*\)[^()]*)*)\)", text)
     if within:
