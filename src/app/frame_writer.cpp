@@ -2,6 +2,7 @@
 #include "app/frame_writer.h"
 
 #include "app/accuracy.h"
+#include "app/exit_codes.h"
 #include "app/plan_report.h"
 #include "app/stats.h"
 #include "base/atomic_file.h"
@@ -136,6 +137,29 @@ std::string FrameWriter::rescue(const integrator::ErrorCurve& curve,
     return fmt::format(
         "it is in {} instead{}", path,
         info.store_sums ? ", which --resume goes on from once it is in its place" : "");
+}
+
+void FrameWriter::write_snapshot(const integrator::ErrorCurve& curve, Diagnostics& diagnostics) {
+    const Result<image::WriteReport> written = write_interim(curve);
+    if (!written)
+        diagnostics.warn(
+            "snapshot", {}, {},
+            fmt::format("no {}: {}", keeps_sums(job_) ? "checkpoint" : "interim picture",
+                        written.error().message));
+}
+
+std::optional<image::WriteReport> FrameWriter::write_or_rescue(
+    const integrator::ErrorCurve& curve,
+    const std::vector<scene::Effect>& broken,
+    int& code,
+    Diagnostics& diagnostics) {
+    Result<image::WriteReport> written = write(curve, broken);
+    if (written) return std::move(*written);
+    const std::string& why = written.error().code;
+    const std::string where = why == "io-write" ? "; " + rescue(curve, broken) : std::string();
+    diagnostics.error(why, {}, {}, written.error().message + where);
+    code = why == "closure-failed" || why == "verify-failed" ? CheckFailed : RenderError;
+    return std::nullopt;
 }
 
 bool FrameWriter::write_deep(Diagnostics& diagnostics) const {

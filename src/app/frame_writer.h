@@ -10,6 +10,7 @@
 #include "integrator/schedule.h"
 #include "render/renderer.h"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,13 +42,15 @@ class FrameWriter {
     Result<image::WriteReport> write(const integrator::ErrorCurve& curve,
                                      const std::vector<scene::Effect>& broken);
 
-    /// One that there is no memory for is left out: code "memory-limit".
-    Result<image::WriteReport> write_interim(const integrator::ErrorCurve& curve);
+    /// What is there so far; warns where that cannot be written.
+    void write_snapshot(const integrator::ErrorCurve& curve, Diagnostics& diagnostics);
 
-    /// Where the picture cannot be had in its folder after hours it is put into that for temporary
-    /// files, as one file. Says where.
-    std::string rescue(const integrator::ErrorCurve& curve,
-                       const std::vector<scene::Effect>& broken) const;
+    /// As write(); what cannot be had in its folder after hours is put into that for temporary
+    /// files, as one file. Reports where, and sets `code` of exit_codes.h.
+    std::optional<image::WriteReport> write_or_rescue(const integrator::ErrorCurve& curve,
+                                                      const std::vector<scene::Effect>& broken,
+                                                      int& code,
+                                                      Diagnostics& diagnostics);
 
     /// Of a film that has one; prints it unless quiet. Returns: whether it could be written.
     bool write_deep(Diagnostics& diagnostics) const;
@@ -64,6 +67,11 @@ class FrameWriter {
                               const std::vector<scene::Effect>& broken) const;
     Result<image::WriteReport> write_once(const integrator::ErrorCurve& curve,
                                           const std::vector<scene::Effect>& broken) const;
+    /// One that there is no memory for is left out: code "memory-limit".
+    Result<image::WriteReport> write_interim(const integrator::ErrorCurve& curve);
+    /// Returns: where it is, as part of a message.
+    std::string rescue(const integrator::ErrorCurve& curve,
+                       const std::vector<scene::Effect>& broken) const;
 
     const RenderJob& job_;
     const FrameInput& input_;

@@ -56,6 +56,48 @@ void allot_textures(const shading::TextureCache& textures, MemoryNeeds& needs) {
     textures.set_memory(needs.textures);
 }
 
+MemoryNeeds allot_memory(const RenderJob& job,
+                         const FrameInput& input,
+                         const shading::TextureCache& textures,
+                         size_t film_bytes,
+                         Diagnostics& diagnostics) {
+    MemoryLimit::enforce(
+        "while trial paths were traced, which --guiding off and --splitting off do without");
+    MemoryNeeds needs = expected_memory(job, input, textures, film_bytes);
+    allot_textures(textures, needs);
+    if (MemoryLimit::is_set() && needs.total() > MemoryLimit::allowed() &&
+        needs.least() <= MemoryLimit::allowed())
+        diagnostics.warn("memory-limit", {}, {},
+                         fmt::format("the render may take {}, and --memory-limit is {}: it stops "
+                                     "with what it has where it comes near",
+                                     needs.text(), format_bytes(MemoryLimit::allowed())));
+    return needs;
+}
+
+bool fits_limit(const MemoryNeeds& needs, Diagnostics& diagnostics) {
+    if (!MemoryLimit::is_set() || needs.least() <= MemoryLimit::allowed()) return true;
+    diagnostics.error(
+        "memory-limit", {}, {},
+        fmt::format("the render would take {}, and --memory-limit is {}: nothing is rendered",
+                    needs.text(), format_bytes(MemoryLimit::allowed())));
+    return false;
+}
+
+void warn_of_memory(const RenderJob& job,
+                    const MemoryNeeds& needs,
+                    const film::NoiseEstimate& noise,
+                    Diagnostics& diagnostics) {
+    const integrator::RenderOptions& schedule = job.settings.schedule;
+    diagnostics.warn(
+        "memory-limit", {}, {},
+        fmt::format(
+            "--memory-limit {} ended the render after {:g}{} samples per pixel; all of "
+            "it was expected to take {}",
+            format_bytes(MemoryLimit::allowed()), noise.samples_mean,
+            schedule.is_open_ended ? std::string() : fmt::format(" of {}", schedule.end_sample),
+            needs.text()));
+}
+
 bool MemoryWatch::has_plenty_to_write() const {
     return !MemoryLimit::is_set() || MemoryLimit::left() > 2 * reserve_ + MemoryLimit::kept_bytes;
 }

@@ -2,6 +2,8 @@
 #pragma once
 
 #include "app/render_frame.h"
+#include "base/diagnostics.h"
+#include "film/film.h"
 #include "shading/texture_cache.h"
 
 #include <chrono>
@@ -36,6 +38,23 @@ MemoryNeeds expected_memory(const RenderJob& job,
 /// Under a limit, gives the texture cache what the others leave of it, but not less than what is of
 /// use, and adopts its size.
 void allot_textures(const shading::TextureCache& textures, MemoryNeeds& needs);
+
+/// What a frame whose scene is built needs; under a limit, the texture cache gets what is left of
+/// it. Warns where the limit may end the render early.
+MemoryNeeds allot_memory(const RenderJob& job,
+                         const FrameInput& input,
+                         const shading::TextureCache& textures,
+                         size_t film_bytes,
+                         Diagnostics& diagnostics);
+
+/// Reports an error where the limit does not suffice for any render. Returns: whether it does.
+bool fits_limit(const MemoryNeeds& needs, Diagnostics& diagnostics);
+
+/// Of a render that the limit ended.
+void warn_of_memory(const RenderJob& job,
+                    const MemoryNeeds& needs,
+                    const film::NoiseEstimate& noise,
+                    Diagnostics& diagnostics);
 
 /// Looks after the limit while pixels are rendered, which takes memory tile by tile.
 class MemoryWatch {

@@ -3,6 +3,7 @@
 
 #include "app/exit_codes.h"
 #include "app/progress.h"
+#include "app/stop_signals.h"
 #include "integrator/subsurface_walk.h"
 
 #include <fmt/format.h>
@@ -26,6 +27,34 @@ void note_guiding(const integrator::GuideTraining& training, Diagnostics& diagno
 
 }  // namespace
 
+int refuse_frame(const RenderJob& job,
+                 const MemoryNeeds& needs,
+                 size_t unread_textures,
+                 Diagnostics& diagnostics) {
+    if (job.replay) return Done;
+    if (!fits_limit(needs, diagnostics)) return MemoryReached;
+    if (job.arguments.strict && diagnostics.error_count() > 0)
+        diagnostics.error(
+            "strict", {}, {},
+            fmt::format("{} errors and --strict: nothing is rendered", diagnostics.error_count()));
+    else if (job.arguments.texture_failure == "error" && unread_textures > 0)
+        diagnostics.error("texture-failure", {}, {},
+                          fmt::format("pictures of {} textures cannot be read and "
+                                      "--texture-failure error: nothing is rendered",
+                                      unread_textures));
+    else
+        return Done;
+    return RenderError;
+}
+
+int report_early_end(bool is_short_of_memory, const std::string& before, Diagnostics& diagnostics) {
+    diagnostics.error(
+        is_short_of_memory ? "memory-limit" : "interrupted", {}, {},
+        fmt::format("{} before {}; nothing was written",
+                    is_short_of_memory ? "the memory limit was reached" : "stopped", before));
+    return is_short_of_memory ? int(MemoryReached) : SignalBase + StopSignals::signal_number();
+}
+
 void note_what_was_learned(const RenderJob& job,
                            const render::Renderer& renderer,
                            Diagnostics& diagnostics) {
@@ -34,6 +63,10 @@ void note_what_was_learned(const RenderJob& job,
     if (learned.bounces)
         diagnostics.note("bounces", {}, {},
                          text_of(*learned.bounces, renderer.layers().last_bounce));
+    if (renderer.caustics() && renderer.caustics()->is_empty())
+        diagnostics.note("caustics", {}, {},
+                         "caustics are left to the paths: there is no smooth mirror or glass, or "
+                         "no light that is wanted to shine through it");
 }
 
 void report_bad_samples(const film::Film& film,
@@ -110,6 +143,45 @@ void warn_of_lower_bound(const std::optional<PictureError>& error,
             fmt::format("the error does not fall as samples grow, some light is met too rarely: "
                         "the error of {:.3g} % is a lower bound",
                         100 * e.value));
+}
+
+void report_broken_plan(const std::vector<scene::Effect>& broken,
+                        const integrator::RenderResult& result,
+                        Diagnostics& diagnostics) {
+    for (const scene::Effect e : broken)
+        diagnostics.error("effect-plan", {}, {},
+                          fmt::format("the plan has {} off, and its code ran {} times: the plan is "
+                                      "wrong, which the file says in velatura/plan",
+                                      scene::info(e).name, result.rays.effects.of(e)));
+}
+
+bool report_missing_textures(const RenderJob& job,
+                             const std::string& output,
+                             size_t unread_textures,
+                             Diagnostics& diagnostics) {
+    if (job.arguments.texture_failure != "error" || unread_textures == 0) return false;
+    diagnostics.error("texture-failure", {}, {},
+                      fmt::format("pictures of {} textures could not be read and "
+                                  "--texture-failure error: {} has their fallbacks",
+                                  unread_textures, output));
+    return true;
+}
+
+void print_summary(const RenderJob& job,
+                   const std::string& output,
+                   const image::WriteReport& written,
+                   size_t unread_textures,
+                   const film::NoiseEstimate& noise,
+                   const integrator::RenderResult& result) {
+    fmt::print("{}: {} layers, {} channels, closure {:.3g} of its bound, {}\n", output,
+               written.layers, written.channels, written.closure_measured,
+               format_duration(result.seconds));
+    if (unread_textures > 0)
+        fmt::print(
+            "pictures of {} textures could not be read: their fallbacks are in the picture\n",
+            unread_textures);
+    if (wanted_error(job) > 0 && !result.curve.is_empty())
+        fmt::print("{}\n", forecast_text(result.curve, noise.samples_mean, wanted_error(job)));
 }
 
 int report_budget(const RenderJob& job,

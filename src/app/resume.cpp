@@ -5,6 +5,7 @@
 #include "app/build_id.h"
 #include "app/exit_codes.h"
 #include "app/render_layers.h"
+#include "base/frames.h"
 #include "image/layer_header.h"
 #include "image/sums_part.h"
 
@@ -12,7 +13,9 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <utility>
 
 namespace velatura::app {
 
@@ -143,6 +146,68 @@ std::string difference(const EarlierPart& earlier,
         return fmt::format("its samples begin at {}, and {} is wanted", earlier.first_sample,
                            job.settings.schedule.first_sample);
     return {};
+}
+
+render::Settings Continuation::applied_to(render::Settings settings) const {
+    if (!earlier) return settings;
+    settings.schedule.curve = earlier->curve;
+    // A render that goes on keeps the bounces of its file
+    if (std::exchange(settings.least_bounce_share, std::nullopt))
+        settings.layers.last_bounce = earlier->sums.layer_set().last_bounce;
+    return settings;
+}
+
+std::string Continuation::difference(const FrameSettings& settings,
+                                     const std::string& settings_hash,
+                                     const RenderJob& job) const {
+    if (earlier) {
+        if (std::string why = app::difference(*earlier, settings); !why.empty()) return why;
+    }
+    if (request && request->settings_hash != settings_hash)
+        return fmt::format("{} was made for a render of other settings", job.arguments.for_mix);
+    return {};
+}
+
+std::optional<uint64_t> Continuation::end_sample(const RenderJob& job) const {
+    if (!request || job.arguments.spp || request->samples < 1.0) return std::nullopt;
+    return uint64_t(std::llround(request->samples));
+}
+
+Continuation find_continuation(const RenderJob& job,
+                               const FrameInput& input,
+                               const FrameSettings& settings,
+                               Diagnostics& diagnostics) {
+    Continuation found;
+    if (!job.arguments.resume) return found;
+    const auto refuse = [&](const std::string& why) {
+        found.code = refuse_to_resume(input.output, why, diagnostics);
+        return std::move(found);
+    };
+    Result<std::optional<EarlierPart>> earlier = read_earlier_part(input.output);
+    if (!earlier) return refuse(earlier.error().message);
+    const std::string why = *earlier ? difference(**earlier, job, input, settings) : std::string();
+    if (!why.empty()) return refuse(why);
+    found.earlier = std::move(*earlier);
+    const bool is_topped_up = !job.arguments.for_mix.empty();
+    if (!found.earlier && is_topped_up)
+        return refuse("there is no such file, and --for-mix adds to one");
+    if (!found.earlier)
+        diagnostics.note("resume", {}, {},
+                         fmt::format("there is no {} yet: the render starts from its first sample",
+                                     input.output));
+    if (!is_topped_up) return found;
+    Result<image::TopUpRequest> request =
+        read_request(frame_path(job.arguments.for_mix, input.frame), input,
+                     data_window(input.scene.settings, job.arguments.crop));
+    if (!request && request.error().code == "resume-refused")
+        return refuse(request.error().message);
+    if (!request) {
+        diagnostics.error(request.error().code, {}, {}, request.error().message);
+        found.code = RenderError;
+        return found;
+    }
+    found.request = std::move(*request);
+    return found;
 }
 
 int refuse_to_resume(const std::string& path, const std::string& why, Diagnostics& diagnostics) {

@@ -25,6 +25,28 @@ struct EarlierPart {
     integrator::ErrorCurve curve;  ///< empty unless it was made for a target
 };
 
+/// What a frame goes on from.
+struct Continuation {
+    std::optional<EarlierPart> earlier;          ///< nothing: from the first sample
+    std::optional<image::TopUpRequest> request;  ///< of --for-mix: where samples are added
+    int code = 0;                                ///< of exit_codes.h: Done, or why there is none
+
+    /// Settings of a render that goes on from this.
+    render::Settings applied_to(render::Settings settings) const;
+    /// Why what was decided before the first sample does not fit; empty when it does.
+    std::string difference(const FrameSettings& settings,
+                           const std::string& settings_hash,
+                           const RenderJob& job) const;
+    /// The samples that a request asks for, unless --spp says it.
+    std::optional<uint64_t> end_sample(const RenderJob& job) const;
+};
+
+/// With --resume, reads the output and the request of --for-mix; reports what does not fit.
+Continuation find_continuation(const RenderJob& job,
+                               const FrameInput& input,
+                               const FrameSettings& settings,
+                               Diagnostics& diagnostics);
+
 /// Reads the file that a render is to go on from. Nothing: there is no such file yet. Errors:
 /// "resume-refused", with the reason: it is damaged, is no render, holds no sums.
 Result<std::optional<EarlierPart>> read_earlier_part(const std::string& path);

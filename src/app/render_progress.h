@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "app/progress.h"
+#include "app/render_job.h"
+#include "film/film.h"
+#include "integrator/schedule.h"
+
+namespace velatura::app {
+
+/// The progress lines of one frame.
+class RenderProgress {
+  public:
+    explicit RenderProgress(const RenderJob& job) : job_(job), printer_(job.progress) {}
+
+    void show(const integrator::RenderState& state) { show(state, false); }
+
+    /// The last line, with what the whole frame took.
+    void finish(const film::Film& film,
+                const film::NoiseEstimate& noise,
+                const integrator::RenderResult& result);
+
+  private:
+    void show(const integrator::RenderState& state, bool is_last);
+
+    const RenderJob& job_;
+    ProgressPrinter printer_;
+};
+
+}  // namespace velatura::app
