@@ -3,7 +3,6 @@
 #include "accel/traverse.h"
 
 #include "accel/placement.h"
-#include "scene/effect_build.h"
 
 // clang-format off
 #undef HWY_TARGET_INCLUDE
@@ -18,12 +17,6 @@ HWY_BEFORE_NAMESPACE();
 namespace velatura::accel {
 namespace HWY_NAMESPACE {
 namespace {
-
-// Whether this build knows what the top tree holds, see scene::is_built.
-constexpr bool may_have_top =
-    scene::is_built(scene::Effect::Instancing) || scene::is_built(scene::Effect::Quadrics) ||
-    scene::is_built(scene::Effect::Curves) || scene::is_built(scene::Effect::Points) ||
-    scene::is_built(scene::Effect::LevelSets);
 
 // What is in the instance. met: MeetAll or MeetSome, what the ray meets of the scene.
 template <bool moving, class Met>
@@ -128,8 +121,7 @@ HWY_INLINE bool intersect(const SceneTrees& trees,
         make_query(ray, trees.direct_motion.query_bounds, {}, q)) {
         closest_in_motion(trees.direct_motion, q, ray.time, scene::none, met.direct(), best);
     }
-    if (may_have_top && !trees.top.is_empty() &&
-        make_query(ray, trees.top.query_bounds, top_slack(trees), q)) {
+    if (!trees.top.is_empty() && make_query(ray, trees.top.query_bounds, top_slack(trees), q)) {
         float t_bound = float(double(best.t) * q.scaled_from_t);
         const RecordTree<InstanceRecord> top{trees.top, trees.instances};
         walk_closest(top, met.top().slabs(q), t_bound, [&](uint32_t index) HWY_ATTR {
@@ -161,8 +153,7 @@ HWY_INLINE bool is_occluded(const SceneTrees& trees, const geometry::Ray& ray, c
         return true;
     }
     if (moving && any_in_moving_instances(trees, ray, met)) return true;
-    if (!may_have_top || trees.top.is_empty() ||
-        !make_query(ray, trees.top.query_bounds, top_slack(trees), q))
+    if (trees.top.is_empty() || !make_query(ray, trees.top.query_bounds, top_slack(trees), q))
         return false;
     const float t_bound = float(double(ray.t_max) * q.scaled_from_t);
     const RecordTree<InstanceRecord> top{trees.top, trees.instances};

@@ -14,7 +14,6 @@
 #include "base/tasks.h"
 #include "render/accelerator_choice.h"
 #include "render/volume_loading.h"
-#include "scene/effect_build.h"
 #include "translate/authored_names.h"
 #include "translate/light_values.h"
 #include "translate/translate.h"
@@ -125,16 +124,6 @@ void check_products(const scene::RenderSettings& settings, Diagnostics& diagnost
     }
 }
 
-/// Of what a render would run, the effects that this build lacks; see scene::is_built.
-std::string missing_effects(const integrator::EffectPlan& plan) {
-    std::string names;
-    for (size_t i = 0; i < scene::effect_count; ++i) {
-        if (scene::is_built(scene::Effect(i)) || !plan.entries[i].may_run()) continue;
-        names += fmt::format("{}{}", names.empty() ? "" : ", ", scene::info(scene::Effect(i)).name);
-    }
-    return names;
-}
-
 /// Before the plan: only then is it known whether grids hold anything.
 void read_volumes(const RenderJob& job, scene::Scene& scene, Diagnostics& diagnostics) {
     // What is left out is not read; surfaces of level sets are no volumes
@@ -191,9 +180,6 @@ int prepare_one(const RenderJob& job,
     render::Settings settings = job.settings;
     settings.layers = layers_of(job, *scene);
     integrator::EffectPlan plan = render::plan_effects(settings, *scene);
-    if (const std::string names = missing_effects(plan); !names.empty())
-        return fail({"effect-not-built", "this build lacks what the render calls for: " + names},
-                    RenderError);
     FrameInput input(*scene);
     input.plan = std::move(plan);
     input.output =

@@ -3,7 +3,6 @@
 
 #include "base/check.h"
 #include "sampling/warp.h"
-#include "scene/effect_build.h"
 
 #include <algorithm>
 #include <cmath>
@@ -97,7 +96,7 @@ CameraRay CameraModel::generate_ray(const Vec2& film_point, const Vec2& u_lens, 
     // Camera space: start at `from`, move by `step` per unit of depth
     Vec3d from = is_orthographic_ ? Vec3d(wx, wy, 0.0) : Vec3d(0.0);
     Vec3d step = is_orthographic_ ? Vec3d(0.0, 0.0, -1.0) : Vec3d(wx, wy, -1.0);
-    if (scene::is_built(scene::Effect::DepthOfField) && lens_radius_ > 0.0) {
+    if (lens_radius_ > 0.0) {
         Vec2d disk = sampling::concentric_disk(Vec2d(u_lens));
         if (aperture_) disk = aperture_->from_disk(disk);
         const Vec3d lens(disk.x * lens_radius_, disk.y * lens_radius_, 0.0);
@@ -107,7 +106,7 @@ CameraRay CameraModel::generate_ray(const Vec2& film_point, const Vec2& u_lens, 
         from += lens;
     }
 
-    const bool is_still = !scene::is_built(scene::Effect::CameraBlur) || keys_.empty();
+    const bool is_still = keys_.empty();
     const Mat4d& matrix = is_still ? render_from_camera_ : render_from_camera(time);
     const Vec3d direction = transform_direction(step, matrix);
     const double length = std::sqrt(direction.dot(direction));

@@ -3,7 +3,6 @@
 
 #include "base/check.h"
 #include "image/pixel_means.h"
-#include "scene/effect_build.h"
 
 #include <algorithm>
 #include <bit>
@@ -58,7 +57,7 @@ inline void PixelAccumulator::deposit(uint32_t accumulator, double weight, const
     const Triple weighted{weight * value.x, weight * value.y, weight * value.z};
     put(accumulator, weighted);
     // The even samples make half A
-    if (!scene::is_built(scene::Effect::HalfImages) || record_.end % 2 != 0) return;
+    if (record_.end % 2 != 0) return;
     const uint32_t half = table_.half_of(accumulator);
     if (half != AccumulatorTable::absent) put(half, weighted);
 }
@@ -88,8 +87,7 @@ void PixelAccumulator::add(const SampleRadiance& s) {
         deposit(accumulator, w, s.values_[accumulator].sum);
     deposit(AccumulatorTable::coverage, 1.0, {w * double(s.alpha), w, 1.0});
     if (s.has_hit) {
-        if (scene::is_built(scene::Effect::DataLayers) &&
-            table_.albedo() != AccumulatorTable::absent) {
+        if (table_.albedo() != AccumulatorTable::absent) {
             deposit(table_.albedo(), w, triple(s.albedo));
             deposit(table_.normal(), w, triple(s.N));
             deposit(table_.position(), w, triple(s.P));
@@ -102,8 +100,8 @@ void PixelAccumulator::add(const SampleRadiance& s) {
             record_.has_ids = true;
         }
     }
-    if (scene::is_built(scene::Effect::IdMattes) && has_mattes_) add_mattes(s);
-    if (scene::is_built(scene::Effect::DeepSamples) && deep_) deep_->add(x_, y_, s);
+    if (has_mattes_) add_mattes(s);
+    if (deep_) deep_->add(x_, y_, s);
     end_sample();
 }
 

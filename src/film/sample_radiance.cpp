@@ -2,7 +2,6 @@
 #include "film/sample_radiance.h"
 
 #include "base/check.h"
-#include "scene/effect_build.h"
 #include "scene/effect_calls.h"
 #include "scene/ids.h"
 
@@ -96,7 +95,7 @@ inline void SampleRadiance::deposit_light(uint32_t accumulator,
                                           const image::Triple& radiance,
                                           double clamped_share) {
     deposit(accumulator, radiance);
-    if (!scene::is_built(scene::Effect::ClampLayers) || clamped_share == 0.0) return;
+    if (clamped_share == 0.0) return;
     deposit(table_.clamped(accumulator),
             {radiance.x * clamped_share, radiance.y * clamped_share, radiance.z * clamped_share});
 }
@@ -108,11 +107,11 @@ void SampleRadiance::add(int bounce, int group, const Rgb& radiance, float share
         return;
     }
     if (is_black(radiance)) return;
-    using scene::Effect, scene::is_built;
+    using scene::Effect;
     const int column = bounce > last_bounce_ ? last_bounce_ + 1 : bounce;
     const image::Triple value = triple(radiance);
     double clamped = 0.0;
-    if (is_built(Effect::ClampLayers) && clamps_) {
+    if (clamps_) {
         const float limit = share * (bounce <= 1 ? clamp_direct_ : clamp_indirect_);
         const float largest = max_component(radiance);
         if (largest > limit) {
@@ -121,15 +120,11 @@ void SampleRadiance::add(int bounce, int group, const Rgb& radiance, float share
         }
     }
     deposit_light(image::AccumulatorTable::beauty, value, clamped);
-    if (is_built(Effect::MatrixLayers) && matrix_)
-        deposit_light(table_.matrix(column, group), value, clamped);
-    if (is_built(Effect::BounceLayers) && bounces_)
-        deposit_light(table_.bounce(column), value, clamped);
-    if (is_built(Effect::LightLayers) && groups_)
-        deposit_light(table_.group(group), value, clamped);
-    if (is_built(Effect::ShadowLayers) && direct_ && bounce == 1)
-        deposit(table_.direct(group), value);
-    if (is_built(Effect::PathLayers) && labels_) deposit_paths(group, value, clamped);
+    if (matrix_) deposit_light(table_.matrix(column, group), value, clamped);
+    if (bounces_) deposit_light(table_.bounce(column), value, clamped);
+    if (groups_) deposit_light(table_.group(group), value, clamped);
+    if (direct_ && bounce == 1) deposit(table_.direct(group), value);
+    if (labels_) deposit_paths(group, value, clamped);
 }
 
 void SampleRadiance::deposit_paths(int group, const image::Triple& v, double clamped_share) {
@@ -158,7 +153,7 @@ void SampleRadiance::deposit_unoccluded_paths(int group, const image::Triple& v)
 void SampleRadiance::add_unoccluded(int group, const Rgb& radiance) {
     const uint32_t accumulator = table_.unoccluded(group);
     const bool has_row = accumulator != image::AccumulatorTable::absent;
-    const bool has_paths = scene::is_built(scene::Effect::PathLayers) && labels_;
+    const bool has_paths = labels_.has_value();
     if (!has_row && !has_paths) return;
     if (!is_sound(radiance)) {
         mark_bad(fault_of(radiance));

@@ -3,7 +3,6 @@
 
 #include "geometry/geometry_set.h"
 #include "geometry/triangle_mesh.h"
-#include "scene/effect_build.h"
 #include "scene/effect_calls.h"
 #include "scene/scene.h"
 
@@ -13,7 +12,6 @@
 namespace velatura::geometry {
 
 using scene::Effect;
-using scene::is_built;
 
 namespace {
 
@@ -306,12 +304,9 @@ SurfacePoint make_surface_point(const scene::Scene& scene,
                                 const GeometrySet& geometry,
                                 const Ray& ray,
                                 const Hit& hit) {
-    constexpr bool may_be_primitive =
-        is_built(Effect::Quadrics) || is_built(Effect::Curves) || is_built(Effect::Points);
     const TriangleMesh& mesh = geometry.mesh(hit);
-    const bool is_placed = is_built(Effect::Instancing) && hit.instance != scene::none;
-    const bool is_plain =
-        !is_placed && !(may_be_primitive && mesh.primitives()) && mesh.segments() == 0;
+    const bool is_placed = hit.instance != scene::none;
+    const bool is_plain = !is_placed && !mesh.primitives() && mesh.segments() == 0;
     return is_plain ? make_point<true>(scene, geometry, mesh, ray, hit)
                     : make_point<false>(scene, geometry, mesh, ray, hit);
 }
@@ -346,7 +341,7 @@ std::optional<SurfacePoint> lifted(const GeometrySet& geometry,
     constexpr double cos2_steepest = 0.5;            // 45 degrees
     Vec3d normals[3];
     if (!point.mesh->corner_normals(point.triangle, normals, point.time)) return std::nullopt;
-    const bool is_instanced = is_built(Effect::Instancing) && point.instance != scene::none;
+    const bool is_instanced = point.instance != scene::none;
     std::optional<InstanceTransform> room;
     const Mat4d forward =
         is_instanced

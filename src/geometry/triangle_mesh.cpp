@@ -91,8 +91,7 @@ bool TriangleMesh::corner_normal(uint32_t triangle, int k, float time, Vec3d& n)
     }
     if (row >= data_.normals.size()) return false;
     n = Vec3d(data_.normals[row]);
-    if (!scene::is_built(scene::Effect::DeformationBlur) || data_.later_normals.empty())
-        return true;
+    if (data_.later_normals.empty()) return true;
     const MotionTime at = motion_time(time, uint32_t(data_.later_normals.size()));
     if (at.segment > 0) n = Vec3d(data_.later_normals[at.segment - 1][row]);
     n += (Vec3d(data_.later_normals[at.segment][row]) - n) * double(at.f);

@@ -4,7 +4,6 @@
 #include "base/math.h"
 #include "geometry/motion.h"
 #include "geometry/primitive_set.h"
-#include "scene/effect_build.h"
 #include "scene/mesh.h"
 
 #include <array>
@@ -73,11 +72,7 @@ class TriangleMesh {
     }
 
     /// Segments of its motion; 0 = does not move.
-    uint32_t segments() const {
-        return scene::is_built(scene::Effect::DeformationBlur)
-                   ? uint32_t(data_.later_positions.size())
-                   : 0;
-    }
+    uint32_t segments() const { return uint32_t(data_.later_positions.size()); }
 
     /// [segment] positions at the end of each.
     std::span<const std::vector<Vec3>> later_positions() const { return data_.later_positions; }

@@ -7,7 +7,6 @@
 #include "integrator/path.h"
 #include "integrator/path_tracer.h"
 #include "sampling/mis.h"
-#include "scene/effect_build.h"
 #include "scene/effect_calls.h"
 
 #include <optional>
@@ -58,23 +57,21 @@ inline void PathTracer::add_unoccluded_met(scene::GroupId group,
 inline bool PathTracer::choose_light(const Path& path,
                                      const lights::Receiver& receiver,
                                      ChosenLight& chosen) const {
-    using scene::Effect, scene::is_built;
+    using scene::Effect;
     double u_light = 0.0;
-    if (is_built(Effect::LightSelection) && world_.chooses_lights) {
+    if (world_.chooses_lights) {
         scene::count_call(Effect::LightSelection);
         u_light =
             path.sampler.get_1d_fine(path.bounce, sampling::Purpose::LightSelect, path.pass_count);
     }
-    if (is_built(Effect::LightSelection) && world_.has_very_many_lights)
+    if (world_.has_very_many_lights)
         u_light += 0x1p-32 * path.sampler.get_1d_fine(
                                  path.bounce, sampling::Purpose::LightSelectFine, path.pass_count);
     const std::optional<lights::LightChoice> choice = world_.selector->select(receiver, u_light);
     if (!choice) return false;
     chosen.choice = *choice;
-    chosen.links =
-        may_have_links() && world_.has_links() ? world_.lights.links(choice->light) : nullptr;
-    if (is_built(Effect::LightLinking) && !world_.lights.shines_on(chosen.links, receiver.link))
-        return false;
+    chosen.links = world_.has_links() ? world_.lights.links(choice->light) : nullptr;
+    if (!world_.lights.shines_on(chosen.links, receiver.link)) return false;
     const Vec2 u =
         path.sampler.get_2d(path.bounce, sampling::Purpose::LightSurface, path.pass_count);
     const std::optional<lights::LightSample> light =
@@ -92,10 +89,10 @@ inline void PathTracer::deposit_direct(Path& path,
                                        film::SampleRadiance& out,
                                        const NestedBodies::Crossing* crossing) const {
     // Deposit it where it is seen, and in the unoccluded layer in any case
-    using scene::Effect, scene::is_built;
+    using scene::Effect;
     const auto& [choice, light, links] = chosen;
     const scene::GroupId group = world_.lights.group(choice.light);
-    if (is_built(Effect::ShadowLayers) && has_unoccluded_ && path.bounce == 0) {
+    if (has_unoccluded_ && path.bounce == 0) {
         scene::count_call(Effect::ShadowLayers);
         out.add_unoccluded(int(group), Ld);
     }
@@ -110,10 +107,10 @@ inline void PathTracer::deposit_direct(Path& path,
         room.clear();
         shares = &room;
     }
-    const bool has_own_shadows = may_have_links() && links && links->has_own_shadows();
+    const bool has_own_shadows = links && links->has_own_shadows();
     Rgb visible = has_own_shadows ? own_visibility(path, from, interior, light, *links, shares)
                                   : visibility(path, from, interior, light, shares);
-    if (is_built(Effect::Volumes) && world_.volumes && !has_own_shadows && !is_black(visible)) {
+    if (world_.volumes && !has_own_shadows && !is_black(visible)) {
         const Rgb passed = volume_transmittance(path, from.p, light);
         if (shares) shares->add(world_.scene.casters.volumes, visible * (Rgb(1.0f) - passed));
         visible *= passed;
@@ -134,7 +131,7 @@ inline void PathTracer::deposit_direct(Path& path,
     const shading::BsdfValue value = bsdf.evaluate(wo, light.wi);
     Rgb f = value.f();
     lights::LobeMultipliers multipliers;
-    if (scene::is_built(scene::Effect::LobeMultipliers) && world_.has_lobe_multipliers) {
+    if (world_.has_lobe_multipliers) {
         scene::count_call(scene::Effect::LobeMultipliers);
         multipliers = world_.lights.lobe_multipliers(choice.light);
         f = value.diffuse * multipliers.diffuse + value.specular * multipliers.specular;

@@ -7,7 +7,6 @@ namespace velatura::integrator {
 
 using sampling::Purpose;
 using scene::Effect;
-using scene::is_built;
 
 namespace {
 
@@ -31,8 +30,7 @@ void DirectionMixture::set_guide(const Vec3& p, const guiding::GuidingField& gui
 std::optional<ScatterSample> DirectionMixture::sample(const sampling::PixelSampler& sampler,
                                                       int bounce,
                                                       uint32_t repeat) const {
-    if (is_built(Effect::Guiding) && guide_ &&
-        sampler.get_1d(bounce, Purpose::GuideSelect, repeat) < guide_share_) {
+    if (guide_ && sampler.get_1d(bounce, Purpose::GuideSelect, repeat) < guide_share_) {
         return sample_guide(sampler.get_2d(bounce, Purpose::GuideDirection, repeat));
     }
     const float u_lobe =
@@ -41,7 +39,7 @@ std::optional<ScatterSample> DirectionMixture::sample(const sampling::PixelSampl
     const std::optional<shading::BsdfSample> sample = bsdf_.sample_f(wo_, u_lobe, u);
     if (!sample || !(sample->pdf > 0.0f)) return std::nullopt;
     ScatterSample out{*sample};
-    if (!is_built(Effect::Guiding) || !guide_) return out;
+    if (!guide_) return out;
     // A delta lobe has no rival, but is reached less often
     out.bsdf.pdf *= 1.0f - guide_share_;
     if (sample->is_delta) return out;

@@ -3,7 +3,6 @@
 
 #include "guiding/guiding_field.h"
 #include "sampling/sampler.h"
-#include "scene/effect_build.h"
 #include "shading/bsdf.h"
 
 #include <cstdint>
@@ -30,12 +29,12 @@ class DirectionMixture {
                      const Vec3& p,
                      const guiding::GuidingField* guide)
         : bsdf_(bsdf), wo_(wo) {
-        if (scene::is_built(scene::Effect::Guiding) && guide) set_guide(p, *guide);
+        if (guide) set_guide(p, *guide);
     }
 
     /// [1/sr] over all non-delta directions, given the BSDF's own density of wi.
     float pdf(const Vec3& wi, float bsdf_pdf) const {
-        if (!scene::is_built(scene::Effect::Guiding) || !guide_) return bsdf_pdf;
+        if (!guide_) return bsdf_pdf;
         return guide_share_ * guide_->directions.pdf(wi) + (1.0f - guide_share_) * bsdf_pdf;
     }
 

@@ -4,13 +4,12 @@
 #pragma once
 
 #include "film/sample_radiance.h"
-#include "scene/effect_build.h"
 
 namespace velatura::integrator {
 
 /// Null where there are no path layers.
 inline film::PathLabels* labels_of(film::SampleRadiance& out) {
-    return scene::is_built(scene::Effect::PathLayers) ? out.labels() : nullptr;
+    return out.labels();
 }
 
 }  // namespace velatura::integrator

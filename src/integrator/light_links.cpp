@@ -25,13 +25,12 @@ sampling::RandomStream own_numbers(const Path& path) {
 
 bool PathTracer::is_lit(const Path& path, const scene::LightLinks* links) const {
     // Whoever looks from the camera sees every light
-    return !scene::is_built(scene::Effect::LightLinking) || !world_.has_light_links ||
-           path.bounce == 0 || world_.lights.shines_on(links, path.receiver.link);
+    return !world_.has_light_links || path.bounce == 0 ||
+           world_.lights.shines_on(links, path.receiver.link);
 }
 
 bool PathTracer::is_found_beyond(const Path& path, const scene::LightLinks* links) const {
-    return may_have_links() && world_.has_own_shadows && path.bounce > 0 && links &&
-           links->has_own_shadows();
+    return world_.has_own_shadows && path.bounce > 0 && links && links->has_own_shadows();
 }
 
 Rgb PathTracer::own_visibility(const Path& path,

@@ -6,7 +6,6 @@
 #include "integrator/path_tracer.h"
 #include "integrator/shadow_segment.h"
 #include "sampling/mis.h"
-#include "scene/effect_build.h"
 #include "scene/effect_calls.h"
 
 #include <limits>
@@ -16,14 +15,13 @@ namespace velatura::integrator {
 using sampling::Purpose;
 using scene::count_call;
 using scene::Effect;
-using scene::is_built;
 
 float PathTracer::light_hit_weight(const Path& path, const lights::LightHit& hit) const {
     if (path.is_certain || options_.estimator.light_sampling == LightSampling::Bsdf) return 1.0f;
     if (options_.estimator.light_sampling != LightSampling::Mis) return 0.0f;
     // The density is that of the point that sampled, not of the ray's origin beside it: portals
     // make a difference there
-    const float pdf = is_built(Effect::Portals) && world_.lights.has_portals(hit.light)
+    const float pdf = world_.lights.has_portals(hit.light)
                           ? world_.lights.pdf(hit.light, path.receiver.p, path.ray.d)
                           : hit.pdf;
     const float light_pdf = world_.selector->pmf(path.receiver, hit.light) * pdf;
@@ -41,8 +39,7 @@ float PathTracer::surface_hit_weight(const Path& path, const geometry::SurfacePo
 }
 
 Rgb PathTracer::light_factor(const Path& path, const lights::LobeMultipliers& multipliers) const {
-    if (!is_built(Effect::LobeMultipliers) || !world_.has_lobe_multipliers || path.bounce == 0)
-        return Rgb(1.0f);
+    if (!world_.has_lobe_multipliers || path.bounce == 0) return Rgb(1.0f);
     count_call(Effect::LobeMultipliers);
     return path.diffuse_share * multipliers.diffuse +
            (Rgb(1.0f) - path.diffuse_share) * multipliers.specular;
@@ -66,14 +63,13 @@ void PathTracer::add_light_hits(const Path& path, float t_max, film::SampleRadia
     const auto with_margin = [&path](float t) {
         return t + flush_light_margin(path.straight_o, t);
     };
-    const media::Flight* const flight = may_fly() ? path.flight : nullptr;
+    const media::Flight* const flight = path.flight;
     const bool ends_in_volume = flight && flight->collides();
     const float begin = with_margin(path.travelled),
                 end = ends_in_volume ? path.travelled + t_max : with_margin(path.travelled + t_max);
     const auto add = [&](const lights::LightHit& hit) {
         if (path.travelled > 0.0f && hit.t <= begin) return;
-        if (is_built(Effect::CausticSearch) && options_.caustics &&
-            options_.caustics->finds(path.history, hit.light, path.pass_count))
+        if (options_.caustics && options_.caustics->finds(path.history, hit.light, path.pass_count))
             return;
         // What lies beyond the camera's far plane is not seen, but for the lights at infinity
         if (std::isfinite(hit.t) && hit.t - path.travelled > path.ray.t_max) return;
@@ -81,13 +77,13 @@ void PathTracer::add_light_hits(const Path& path, float t_max, film::SampleRadia
             if (!world_.lights.is_camera_visible(hit.light)) return;
             if (!world_.lights.is_infinite(hit.light)) {
                 out.alpha = 1.0f;
-                if (is_built(Effect::DeepSamples) && options_.deep) {
+                if (options_.deep) {
                     count_call(Effect::DeepSamples);
                     const Vec3 p = path.straight_o + path.ray.d * hit.t;
                     out.cover(film::SampleRadiance::DepthKind::Surface, world_.camera.depth(p));
                 }
             }
-        } else if (may_have_links() && world_.has_links()) {
+        } else if (world_.has_links()) {
             const scene::LightLinks* links = world_.lights.links(hit.light);
             if (!is_lit(path, links) || is_found_beyond(path, links)) return;
         }
@@ -95,13 +91,13 @@ void PathTracer::add_light_hits(const Path& path, float t_max, film::SampleRadia
         Rgb Le = path.beta * hit.Le * light_factor(path, multipliers) * light_hit_weight(path, hit);
         if (flight && flight->around.is_drawn())
             Le *= flight->around.weight_at(hit.t - path.travelled);
-        else if (may_keep_interior() && !path.interior.is_empty())
+        else if (!path.interior.is_empty())
             Le *= path.interior.transmittance(world_.materials, hit.t - path.travelled);
         if (flight) Le *= flight->weight_at(hit.t - path.travelled);
         deposit_met(path, world_.lights.group(hit.light), Le, multipliers, "light met by the path",
                     out);
     };
-    if (!is_built(Effect::ShadowLayers) || path.line_hit_count == Path::unknown_hits) {
+    if (path.line_hit_count == Path::unknown_hits) {
         world_.lights.for_each_hit(path.straight_o, path.ray.d, end,
                                    [&](const lights::LightHit& hit) { add(hit); });
         return;
@@ -144,8 +140,7 @@ Rgb PathTracer::visibility(const Path& path,
     ++path.counts->shadow;
     const shading::MaterialEvaluator& materials = world_.materials;
     ShadowSegment segment(from, light);
-    const bool may_pass = (is_built(Effect::Cutouts) && materials.has_presence()) ||
-                          (is_built(Effect::Transmission) && materials.is_see_through());
+    const bool may_pass = materials.has_presence() || materials.is_see_through();
     if (!may_pass && !keeps_interior(world_) && !shares)
         return Rgb(world_.accelerator->is_occluded(segment.ray) ? 0.0f : 1.0f);
 
@@ -169,14 +164,12 @@ Rgb PathTracer::visibility(const Path& path,
             geometry::make_surface_point(world_.scene, world_.geometry, segment.ray, hit);
         cone_width += path.cone_spread * segment.length(hit.t);
         const float presence = materials.presence(point, cone_width);
-        const scene::CasterId caster = is_built(Effect::CasterLayers) && shares
-                                           ? world_.scene.casters.of(point.instance, point.shape)
-                                           : scene::none;
+        const scene::CasterId caster =
+            shares ? world_.scene.casters.of(point.instance, point.shape) : scene::none;
         const Rgb passed =
             Rgb(1.0f - presence) +
             pass_bodies(world_, light.wi, cone_width, point, interior, path.counts) * presence;
-        if (is_built(Effect::CasterLayers) && shares)
-            shares->add(caster, visible * (Rgb(1.0f) - passed));
+        if (shares) shares->add(caster, visible * (Rgb(1.0f) - passed));
         visible *= passed;
         if (is_black(visible)) return visible;
         if (!segment.go_on_from(point)) return visible;

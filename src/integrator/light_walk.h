@@ -36,7 +36,7 @@ void PathTracer::for_each_light_along(const Path& path,
     chosen.light.pdf = look.pdf;
     const auto offer = [&](lights::LightId id) {
         chosen.choice = {id, 1.0f};
-        chosen.links = may_have_links() && world_.has_links() ? world_.lights.links(id) : nullptr;
+        chosen.links = world_.has_links() ? world_.lights.links(id) : nullptr;
         if (world_.lights.shines_on(chosen.links, receiver.link) && !is_black(chosen.light.Le))
             give(chosen);
     };
@@ -47,7 +47,7 @@ void PathTracer::for_each_light_along(const Path& path,
                                    chosen.light.Le = hit.Le;
                                    offer(hit.light);
                                });
-    if (!may_have_emission() || !has_emission_) return;
+    if (!has_emission_) return;
 
     // Surfaces that emit, as far as somebody might see them
     const bool sees_all = has_unoccluded_ || world_.has_own_shadows || world_.nested;

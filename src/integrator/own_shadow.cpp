@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "integrator/own_shadow.h"
 
-#include "scene/effect_build.h"
 #include "scene/effect_calls.h"
 
 #include <algorithm>
@@ -49,7 +48,7 @@ Rgb OwnShadow::visible() const {
 
 void OwnShadow::pass(const Rgb& share, scene::CasterId caster) {
     // Of what is taken the colour of the shadow comes back
-    if (scene::is_built(scene::Effect::CasterLayers) && shares_)
+    if (shares_)
         shares_->add(caster, passed_ * (Rgb(1.0f) - share) * (Rgb(1.0f) - links_.shadow_color));
     passed_ *= share;
 }

@@ -3,7 +3,6 @@
 
 #include "integrator/path_events.h"
 #include "integrator/path_tracer.h"
-#include "scene/effect_build.h"
 #include "scene/effect_calls.h"
 
 #include <array>
@@ -11,46 +10,18 @@
 
 namespace velatura::integrator {
 
-/// What this build can run, see scene::is_built: bodies that paths have to know of.
-constexpr bool may_keep_interior() {
-    return scene::is_built(scene::Effect::Absorption) ||
-           scene::is_built(scene::Effect::NestedBodies) ||
-           scene::is_built(scene::Effect::InteriorMedia);
-}
-
-/// Matter that paths may collide with.
-constexpr bool may_fly() {
-    return scene::is_built(scene::Effect::Volumes) || scene::is_built(scene::Effect::InteriorMedia);
-}
-
 inline bool keeps_interior(const World& world) {
-    return may_keep_interior() && world.materials.has_absorption();
-}
-
-/// Surfaces that emit.
-constexpr bool may_have_emission() {
-    return scene::is_built(scene::Effect::SurfaceEmission) ||
-           scene::is_built(scene::Effect::MeshLights);
-}
-
-/// Lights with links of whatever kind.
-constexpr bool may_have_links() {
-    return scene::is_built(scene::Effect::LightLinking) ||
-           scene::is_built(scene::Effect::ShadowControls);
+    return world.materials.has_absorption();
 }
 
 /// Light selection at a vertex, for both samplers alike.
 inline lights::Receiver receiver_at(const World& world,
                                     const geometry::SurfacePoint& point,
                                     const shading::Bsdf& bsdf) {
-    using scene::Effect, scene::is_built;
-    constexpr bool may_transmit = is_built(Effect::Transmission) ||
-                                  is_built(Effect::DiffuseTransmission) || is_built(Effect::Hair);
-    const bool is_hair = is_built(Effect::Hair) && bsdf.is_hair();
-    lights::Receiver receiver{point.p, is_hair ? Vec3(0.0f) : bsdf.ns(),
-                              may_transmit && bsdf.has_transmission()};
-    if (!is_built(Effect::LightLinking) || !world.has_light_links) return receiver;
-    scene::count_call(Effect::LightLinking);
+    const bool is_hair = bsdf.is_hair();
+    lights::Receiver receiver{point.p, is_hair ? Vec3(0.0f) : bsdf.ns(), bsdf.has_transmission()};
+    if (!world.has_light_links) return receiver;
+    scene::count_call(scene::Effect::LightLinking);
     receiver.link = scene::link_class(world.scene, point.instance, point.shape);
     return receiver;
 }

@@ -7,7 +7,6 @@
 #include "integrator/render_options.h"
 #include "integrator/shadow_segment.h"
 #include "sampling/mis.h"
-#include "scene/effect_build.h"
 #include "scene/effect_calls.h"
 
 #include <algorithm>
@@ -17,7 +16,6 @@ namespace velatura::integrator {
 using sampling::Purpose;
 using scene::count_call;
 using scene::Effect;
-using scene::is_built;
 
 namespace {
 
@@ -47,8 +45,7 @@ void PathTracer::trace(int x,
                        PathObserver* observer) const {
     Path path(sampling::PixelSampler(options_.seed, x, y, sample, options_.sampler), counts,
               observer);
-    if (is_built(Effect::Splitting) && options_.branches)
-        path.branches = options_.branches->at(x, y);
+    if (options_.branches) path.branches = options_.branches->at(x, y);
 
     // Start at the camera, inside the pixel's filter
     const float u_part =
@@ -57,17 +54,13 @@ void PathTracer::trace(int x,
         filter_.sample(path.sampler.get_2d(0, Purpose::PixelFilter), u_part);
     out.weight = filtered.weight;
     const Vec2 film_point(float(x) + 0.5f + filtered.offset.x, float(y) + 0.5f + filtered.offset.y);
-    const bool uses_lens =
-        is_built(Effect::DepthOfField) && world_.uses_lens && !options_.disable_lens;
+    const bool uses_lens = world_.uses_lens && !options_.disable_lens;
     if (uses_lens) count_call(Effect::DepthOfField);
     const Vec2 u_lens = uses_lens ? path.sampler.get_2d(0, Purpose::Lens) : Vec2(0.5f);
-    constexpr bool may_move = is_built(Effect::CameraBlur) || is_built(Effect::TransformBlur) ||
-                              is_built(Effect::DeformationBlur);
     const float time =
-        may_move && world_.has_motion
-            ? world_.camera.shutter_time(path.sampler.get_1d(0, Purpose::ShutterTime))
-            : 0.0f;
-    if (is_built(Effect::CameraBlur) && world_.camera.has_motion()) count_call(Effect::CameraBlur);
+        world_.has_motion ? world_.camera.shutter_time(path.sampler.get_1d(0, Purpose::ShutterTime))
+                          : 0.0f;
+    if (world_.camera.has_motion()) count_call(Effect::CameraBlur);
     const camera::CameraRay first = world_.camera.generate_ray(film_point, u_lens, time);
     path.ray = {first.o, first.d, first.t_max, time};
     path.cone_width = first.cone_width;
@@ -83,9 +76,7 @@ void PathTracer::trace(int x,
 }
 
 void PathTracer::follow(Path& path, film::SampleRadiance& out) const {
-    const bool has_insides = (is_built(Effect::NestedBodies) && world_.nested) ||
-                             (is_built(Effect::Subsurface) && world_.subsurface) ||
-                             (is_built(Effect::InteriorMedia) && world_.body_media);
+    const bool has_insides = world_.nested || world_.subsurface || world_.body_media;
     if (has_insides)
         follow_through<true>(path, out);
     else
@@ -107,10 +98,9 @@ void PathTracer::follow_through(Path& path, film::SampleRadiance& out) const {
         // Add the lights that the segment crosses; beyond the last surface also those at infinity
         const float t_max = hit.is_valid() ? hit.t : std::numeric_limits<float>::infinity();
         const BodyMedia::Medium* const medium =
-            is_built(Effect::InteriorMedia) && has_insides && world_.body_media
-                ? world_.body_media->find(path.interior.filling())
-                : nullptr;
-        if ((is_built(Effect::Volumes) && world_.volumes) || medium) {
+            has_insides && world_.body_media ? world_.body_media->find(path.interior.filling())
+                                             : nullptr;
+        if (world_.volumes || medium) {
             const Crossing crossing = cross_matter(path, medium, t_max, end, out);
             if (crossing == Crossing::Scattered) continue;
             if (crossing == Crossing::Ended) break;
@@ -127,8 +117,7 @@ void PathTracer::follow_through(Path& path, film::SampleRadiance& out) const {
         path.segment_t = hit.t;
         if (observer) observer->on_hit(path.bounce, point, hit.t, path.beta);
         const NestedBodies::Crossing* crossing = nullptr;
-        if ((is_built(Effect::Cutouts) && world_.materials.has_presence() &&
-             pass_through(path, point)) ||
+        if ((world_.materials.has_presence() && pass_through(path, point)) ||
             (has_insides && !meet_bodies(path, point, room, crossing))) {
             if (path.pass_count < pass_through_limit) continue;
             end = "passed through too many surfaces";
@@ -144,7 +133,7 @@ void PathTracer::follow_through(Path& path, film::SampleRadiance& out) const {
         if (path.bounce == 0 && !out.has_hit) record_first_hit(point, bsdf, out);
 
         // Add the surface's own emission
-        if (may_have_emission() && has_emission_ && world_.lights.may_emit(point)) {
+        if (has_emission_ && world_.lights.may_emit(point)) {
             const lights::SurfaceRadiance emitted =
                 surface_emission(path, point, wo, path.cone_width);
             if (!is_found_beyond(path, emitted.links))
@@ -171,8 +160,8 @@ void PathTracer::follow_through(Path& path, film::SampleRadiance& out) const {
         }
         const Vertex& vertex = has_insides && emerged ? emerged->vertex : met;
         add_direct_light(path, vertex, out);
-        if (is_built(Effect::CausticSearch) && options_.caustics) add_caustics(path, vertex, out);
-        if (is_built(Effect::Splitting) && path.branches > 1 && vertex.bsdf.has_non_delta()) {
+        if (options_.caustics) add_caustics(path, vertex, out);
+        if (path.branches > 1 && vertex.bsdf.has_non_delta()) {
             branch_out(path, vertex, out);
             return;
         }
@@ -317,7 +306,7 @@ void PathTracer::go_straight_on(Path& path, const geometry::SurfacePoint& point)
 
 /// Goes on with all the light that passes the vertex straight, and with nothing else.
 bool PathTracer::pass_straight(Path& path, const Vertex& vertex) const {
-    if (!is_built(Effect::Transmission) || path.pass_count >= pass_through_limit) return false;
+    if (path.pass_count >= pass_through_limit) return false;
     const float surrounding_index = vertex.crossing ? vertex.crossing->surrounding_index : 1.0f;
     const Rgb passed = straight_through(world_.materials, vertex.point, -vertex.wo, path.cone_width,
                                         surrounding_index);
@@ -349,8 +338,7 @@ bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance&
     // Going straight through a thin wall or an interface between equal media is no scattering
     // event. Light sampling looks through it as well, unless nobody knew that it is one: then what
     // lies behind has no rival sampler
-    if (is_built(Effect::Transmission) && sample->is_delta &&
-        sample->kind == shading::ScatterKind::Transmit && sample->eta == 1.0f) {
+    if (sample->is_delta && sample->kind == shading::ScatterKind::Transmit && sample->eta == 1.0f) {
         go_straight_on(path, point);
         if (!world_.materials.material_is_see_through(point.material)) path.is_certain = true;
         return true;
@@ -370,14 +358,14 @@ bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance&
     path.receiver = receiver_at(world_, point, bsdf);
     path.scatter_pdf = sample->pdf;
     if (path.observer && !sample->is_delta) path.observer->on_scatter(sample->wi);
-    if (is_built(Effect::Guiding) && options_.guide) {
+    if (options_.guide) {
         if (!(path.first_expected > 0.0f))
             path.first_expected = luminance(beta) * directions.expected();
         path.importance = scattered->expected > 0.0f
                               ? luminance(beta) * scattered->expected / path.first_expected
                               : 0.0f;
     }
-    if (is_built(Effect::LobeMultipliers) && world_.has_lobe_multipliers) {
+    if (world_.has_lobe_multipliers) {
         path.diffuse_share = Rgb(0.0f);
         if (!sample->is_delta) {
             const Rgb diffuse = bsdf.evaluate(wo, sample->wi).diffuse;
@@ -386,22 +374,21 @@ bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance&
                     sample->f[c] > 0.0f ? std::min(1.0f, diffuse[c] / sample->f[c]) : 0.0f;
         }
     }
-    if (is_built(Effect::CausticSearch) && options_.caustics)
+    if (options_.caustics)
         path.history =
             options_.caustics->after(path.history, point, bsdf, sample->is_delta, path.pass_count);
     const bool is_first = path.bounce == 0;
     ++path.bounce;
     path.pass_count = 0;
-    if (is_built(Effect::ShadowLayers) && is_first && has_unoccluded_)
-        add_unoccluded_hits(path, out);
-    if (may_have_links() && world_.has_own_shadows) add_lights_beyond(path, point, out);
+    if (is_first && has_unoccluded_) add_unoccluded_hits(path, out);
+    if (world_.has_own_shadows) add_lights_beyond(path, point, out);
     return true;
 }
 
 bool PathTracer::survives_roulette(Path& path) const {
     const EstimatorOptions& estimator = options_.estimator;
     if (estimator.roulette != Roulette::Throughput) return survives_otherwise(path);
-    if (!is_built(Effect::Roulette) || path.bounce < estimator.roulette_start) return true;
+    if (path.bounce < estimator.roulette_start) return true;
     const float whole = world_.camera.exposure_scale() * path.share;
     float survival = usual_gain * max_component(path.beta) * path.eta_scale / whole;
     // A dim path on its way to where much light is must not end: keep it by what it may bring
@@ -424,18 +411,17 @@ void PathTracer::record_first_hit(const geometry::SurfacePoint& point,
     out.alpha = 1.0f;
     out.prim_id = point.provenance;
     out.instance_id = point.instance;
-    if (is_built(Effect::IdMattes) && options_.mattes) {
+    if (options_.mattes) {
         count_call(Effect::IdMattes);
         out.matte_ids = {options_.mattes->object(point), options_.mattes->material(point)};
     }
-    if (is_built(Effect::DeepSamples) && options_.deep) {
+    if (options_.deep) {
         count_call(Effect::DeepSamples);
         out.cover(film::SampleRadiance::DepthKind::Surface, world_.camera.depth(point.p));
     }
-    if (!is_built(Effect::DataLayers) || !has_data_layers_) return;
+    if (!has_data_layers_) return;
     out.albedo = bsdf.albedo();
-    if (is_built(Effect::Subsurface) && world_.subsurface &&
-        world_.materials.has_subsurface(point.material)) {
+    if (world_.subsurface && world_.materials.has_subsurface(point.material)) {
         const shading::Subsurface below = world_.materials.subsurface(point, 0.0f);
         out.albedo += bsdf.entering() * below.color * below.weight;
     }

@@ -14,7 +14,6 @@
 #include "integrator/world.h"
 #include "sampling/filter.h"
 #include "sampling/sampler.h"
-#include "scene/effect_build.h"
 
 #include <cstdint>
 #include <optional>
@@ -175,9 +174,7 @@ class PathTracer {
 
     /// Whether what is found now belongs to the layers by caster: the light of the first
     /// scattering.
-    bool credits_casters(int bounce) const {
-        return scene::is_built(scene::Effect::CasterLayers) && has_caster_layers_ && bounce == 1;
-    }
+    bool credits_casters(int bounce) const { return has_caster_layers_ && bounce == 1; }
 
     /// Whether a light with these links shines on where the path scattered last.
     bool is_lit(const Path& path, const scene::LightLinks* links) const;

@@ -37,7 +37,7 @@ bool PathTracer::survives_otherwise(Path& path) const {
     // Gains of a trial know how much short paths carry
     const bool may_end = path.bounce >= estimator.roulette_start ||
                          (estimator.roulette == Roulette::Efficiency && options_.roulette);
-    if (scene::is_built(scene::Effect::Roulette) && may_end && survival < 1.0f) {
+    if (may_end && survival < 1.0f) {
         scene::count_call(scene::Effect::Roulette);
         if (path.sampler.get_1d(path.bounce, sampling::Purpose::Roulette) >= survival) return false;
         path.beta /= survival;

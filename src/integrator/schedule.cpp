@@ -4,7 +4,6 @@
 #include "base/tasks.h"
 #include "image/picture_change.h"
 #include "integrator/work_rate.h"
-#include "scene/effect_build.h"
 #include "scene/effect_calls.h"
 
 #include <algorithm>
@@ -377,7 +376,7 @@ class Runner {
         const uint64_t rays = counts.total();
         radiance.clear();
         sample_(x, y, sample, radiance, counts);
-        if (!scene::is_built(scene::Effect::AdaptiveSampling) || !pilot_) return;
+        if (!pilot_) return;
         scene::count_call(scene::Effect::AdaptiveSampling);
         const Rgb value = radiance.is_bad() ? Rgb(0.0f) : radiance.radiance() * radiance.weight;
         pilot_->add(x, y, value, counts.total() - rays);

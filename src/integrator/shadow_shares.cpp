@@ -25,7 +25,7 @@ void PathTracer::credit_caster(const Path& path,
     world_.lights.for_each_hit(
         path.straight_o, path.ray.d, infinity, [&](const lights::LightHit& hit) {
             if (world_.lights.is_within(hit, end)) return;
-            if (may_have_links() && world_.has_links()) {
+            if (world_.has_links()) {
                 const scene::LightLinks* links = world_.lights.links(hit.light);
                 if (!is_lit(path, links) || is_found_beyond(path, links)) return;
             }

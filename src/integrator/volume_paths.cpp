@@ -16,7 +16,6 @@ namespace velatura::integrator {
 using sampling::Purpose;
 using scene::count_call;
 using scene::Effect;
-using scene::is_built;
 
 /// One of a volume, or of what fills a body.
 struct PathTracer::Scatterer {
@@ -227,7 +226,7 @@ void PathTracer::record_first_collision(const Scatterer& matter,
     out.P = to_float(world);
     out.Z = world_.camera.depth(p);
     out.prim_id = matter.provenance;
-    if (is_built(Effect::DeepSamples) && options_.deep) {
+    if (options_.deep) {
         count_call(Effect::DeepSamples);
         out.cover(film::SampleRadiance::DepthKind::Volume, out.Z);
     }

@@ -2,7 +2,6 @@
 #include "lights/emitters.h"
 #include "lights/environment_map.h"
 #include "lights/spherical_rectangle.h"
-#include "scene/effect_build.h"
 #include "scene/effect_calls.h"
 
 #include <algorithm>
@@ -183,7 +182,7 @@ class RectEmitter final : public PlanarEmitter {
     /// Radiance of a point of the plane toward −wi.
     Rgb radiance(const Vec2d& point, const Vec3d& wi) const {
         Rgb result = Le_ * shaping_.factor(-wi);
-        if (scene::is_built(scene::Effect::LightTextures) && texture_.width > 0) {
+        if (texture_.width > 0) {
             scene::count_call(scene::Effect::LightTextures);
             // The texture starts at (+x, +y): upright and not mirrored for a viewer on the lit side
             const Vec2d uv(0.5 - point.x / (2.0 * half_x_), 0.5 - point.y / (2.0 * half_y_));

@@ -84,14 +84,14 @@ double LightShaping::mean_profile_factor(double theta) const {
 }
 
 Rgb LightShaping::active_factor(const Vec3d& wo) const {
-    using scene::Effect, scene::is_built;
+    using scene::Effect;
     const double cosine = axis_.dot(wo);
     Rgb result(1.0f);
-    if (is_built(Effect::LightShaping) && (has_cone_ || has_focus_)) {
+    if (has_cone_ || has_focus_) {
         scene::count_call(Effect::LightShaping);
         result = factor_of_cosine(cosine);
     }
-    if (is_built(Effect::LightProfiles) && profile_) {
+    if (profile_) {
         scene::count_call(Effect::LightProfiles);
         const double phi = std::atan2(-wo.dot(across_y_), -wo.dot(across_x_));
         result *= float(profile_factor(safe_acos(cosine), phi));

@@ -3,7 +3,6 @@
 
 #include "base/math.h"
 #include "lights/light_bounds.h"
-#include "scene/effect_build.h"
 #include "scene/light.h"
 
 #include <memory>
@@ -26,12 +25,7 @@ class LightShaping {
         : LightShaping(light.shaping, light.render_from_light) {}
 
     /// Factor of the radiance that leaves in the unit direction `wo` (away from the light).
-    Rgb factor(const Vec3d& wo) const {
-        using scene::Effect, scene::is_built;
-        constexpr bool may_shape =
-            is_built(Effect::LightShaping) || is_built(Effect::LightProfiles);
-        return may_shape && is_active() ? active_factor(wo) : Rgb(1.0f);
-    }
+    Rgb factor(const Vec3d& wo) const { return is_active() ? active_factor(wo) : Rgb(1.0f); }
 
     bool is_active() const { return has_cone_ || has_focus_ || profile_; }
 

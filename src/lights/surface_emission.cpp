@@ -3,7 +3,6 @@
 
 #include "geometry/geometry_set.h"
 #include "lights/emitter.h"
-#include "scene/effect_build.h"
 #include "scene/effect_calls.h"
 #include "shading/material_evaluator.h"
 
@@ -118,7 +117,7 @@ void SurfaceEmission::place_instances() {
 }
 
 const SurfaceEmission::Placed* SurfaceEmission::find(uint32_t instance, uint32_t shape) const {
-    if (!scene::is_built(scene::Effect::MeshLights) || placed_.empty()) return nullptr;
+    if (placed_.empty()) return nullptr;
     if (instance == scene::none) {
         const uint32_t at = of_shape_[shape];
         return at == scene::none ? nullptr : &placed_[at];
@@ -147,8 +146,7 @@ bool SurfaceEmission::may_light(uint32_t instance,
 }
 
 bool SurfaceEmission::may_emit(const geometry::SurfacePoint& point) const {
-    const bool glows =
-        scene::is_built(scene::Effect::SurfaceEmission) && materials_.is_emissive(point.material);
+    const bool glows = materials_.is_emissive(point.material);
     const Placed* placed = find(point.instance, point.shape);
     if (!placed || !is_black(placed->Le)) return placed || glows;
     return glows && scene_.mesh_lights[placed->light].shows_material;

@@ -14,9 +14,6 @@
 
 namespace velatura::shading {
 
-using scene::Effect;
-using scene::is_built;
-
 namespace {
 
 /// How far the albedo of Schlick's lobe (albedo.h) spreads over the cosines, as a standard
@@ -80,10 +77,8 @@ Bsdf::Bsdf(const SurfaceParameters& parameters,
 
 /// Whether nothing but a base and its reflection is asked for.
 bool Bsdf::is_plain() const {
-    return !transmits() && !is_thin() && !has_rough_base() &&
-           !(is_built(Effect::Anisotropy) && p_.anisotropic != nullptr) &&
-           !(is_built(Effect::Sheen) && p_.sheen != nullptr) &&
-           !(is_built(Effect::Clearcoat) && p_.clearcoat > 0.0f);
+    return !transmits() && !is_thin() && !has_rough_base() && !p_.anisotropic && !p_.sheen &&
+           !(p_.clearcoat > 0.0f);
 }
 
 /// Everything but normals.
@@ -97,7 +92,7 @@ void Bsdf::set_layers(bool is_behind) {
         return;
     }
     GgxAlbedo average;
-    if (!plain && is_built(Effect::Anisotropy) && p_.anisotropic && !specular_is_delta_) {
+    if (!plain && p_.anisotropic && !specular_is_delta_) {
         set_anisotropy();
         average = anisotropic_curve_->average();
     } else {
@@ -168,15 +163,13 @@ void Bsdf::set_lambert() {
 /// ns, in the hemisphere of ng and on the side of wo, bent as far as wo and reflection ask for.
 Vec3 Bsdf::shading_normal(const Vec3& ns, const Vec3& wo) const {
     const Vec3 bent = bent_normal(bent_normal(ns, ng_, ng_), ng_, wo);
-    if (!has_specular_ && !(is_built(Effect::Clearcoat) && p_.clearcoat > 0.0f)) return bent;
+    if (!has_specular_ && !(p_.clearcoat > 0.0f)) return bent;
     return reflecting_normal(bent, ng_, horizon_, wo);
 }
 
 /// Blurred refraction, unless it turns directions by less than what counts as a mirror's blur.
 bool Bsdf::wants_rough_transmission() const {
-    if (!is_built(Effect::RoughTransmission) || p_.interface == nullptr || !transmits() ||
-        specular_is_delta_)
-        return false;
+    if (p_.interface == nullptr || !transmits() || specular_is_delta_) return false;
     if (is_thin()) return false;
     const float turn = p_.alpha * std::abs(1.0f - eta_) / std::max(eta_, 1.0f);
     return turn >= specular_switch_alpha;

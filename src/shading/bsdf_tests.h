@@ -3,7 +3,6 @@
 // parts.
 #pragma once
 
-#include "scene/effect_build.h"
 #include "shading/bsdf.h"
 
 #include <array>
@@ -22,78 +21,73 @@ constexpr auto Bsdf::lobes() {
 }
 
 inline bool Bsdf::is_fibre() const {
-    return scene::is_built(scene::Effect::Hair) && kind_ == Kind::Hair;
+    return kind_ == Kind::Hair;
 }
 
 template <bool plain>
 inline bool Bsdf::is_thin() const {
-    return !plain && scene::is_built(scene::Effect::ThinWalls) && p_.is_thin;
+    return !plain && p_.is_thin;
 }
 
 template <bool plain>
 inline bool Bsdf::transmits() const {
-    return !plain && scene::is_built(scene::Effect::Transmission) && p_.opacity < 1.0f;
+    return !plain && p_.opacity < 1.0f;
 }
 
 /// What is left to the base.
 template <bool plain>
 inline float Bsdf::opacity() const {
-    return !plain && scene::is_built(scene::Effect::Transmission) ? p_.opacity : 1.0f;
+    return !plain ? p_.opacity : 1.0f;
 }
 
 template <bool plain>
 inline bool Bsdf::is_dense_side() const {
-    return !plain && scene::is_built(scene::Effect::Transmission) && is_dense_side_;
+    return !plain && is_dense_side_;
 }
 
 template <bool plain>
 inline bool Bsdf::has_tint() const {
-    return !plain && scene::is_built(scene::Effect::Transmission) && has_tint_;
+    return !plain && has_tint_;
 }
 
 template <bool plain>
 inline bool Bsdf::is_rough_interface() const {
-    return !plain && scene::is_built(scene::Effect::RoughTransmission) && is_rough_interface_;
+    return !plain && is_rough_interface_;
 }
 
 template <bool plain>
 inline bool Bsdf::is_rough_sheet() const {
-    return !plain && scene::is_built(scene::Effect::RoughTransmission) &&
-           scene::is_built(scene::Effect::ThinWalls) && is_rough_sheet_;
+    return !plain && is_rough_sheet_;
 }
 
 template <bool plain>
 inline bool Bsdf::transmits_diffusely() const {
-    return !plain && scene::is_built(scene::Effect::DiffuseTransmission) && transmits_diffusely_;
+    return !plain && transmits_diffusely_;
 }
 
 template <bool plain>
 inline bool Bsdf::is_anisotropic() const {
-    return !plain && scene::is_built(scene::Effect::Anisotropy) && anisotropic_curve_.has_value();
+    return !plain && anisotropic_curve_.has_value();
 }
 
 template <bool plain>
 inline bool Bsdf::has_coat() const {
-    return !plain && scene::is_built(scene::Effect::Clearcoat) && has_coat_;
+    return !plain && has_coat_;
 }
 
 template <bool plain>
 inline bool Bsdf::has_sheen() const {
-    return !plain && scene::is_built(scene::Effect::Sheen) && has_sheen_;
+    return !plain && has_sheen_;
 }
 
 template <bool plain>
 inline bool Bsdf::has_rough_base() const {
-    return !plain && scene::is_built(scene::Effect::RoughDiffuse) && p_.diffuse_roughness > 0.0f;
+    return !plain && p_.diffuse_roughness > 0.0f;
 }
 
 template <bool plain>
 inline bool Bsdf::has_extras() const {
-    using scene::Effect, scene::is_built;
-    return !plain &&
-           (is_built(Effect::Clearcoat) || is_built(Effect::Sheen) ||
-            is_built(Effect::RoughDiffuse)) &&
-           has_extras_;
+    return !plain && has_extras_;
 }
 
 }  // namespace velatura::shading

@@ -4,7 +4,6 @@
 #include "geometry/fibre.h"
 #include "geometry/geometry_set.h"
 #include "geometry/triangle_mesh.h"
-#include "scene/effect_build.h"
 #include "scene/effect_calls.h"
 
 #include <algorithm>
@@ -18,7 +17,6 @@ using geometry::SurfacePoint;
 using scene::count_call;
 using scene::Effect;
 using scene::Input;
-using scene::is_built;
 using scene::is_constant;
 using scene::may_cut;
 using scene::may_transmit;
@@ -338,19 +336,16 @@ Rgb MaterialEvaluator::varying(const Input& input,
         case Input::Source::Constant:
             return input.value;
         case Input::Source::Primvar: {
-            if (!is_built(Effect::VaryingColors)) break;
             count_call(Effect::VaryingColors);
             float out[4] = {input.value.x, input.value.y, input.value.z, 0};
             geometry::primvar(scene_, point, input.primvar, out);
             return {out[0], out[1], out[2]};
         }
         case Input::Source::Pattern: {
-            if (!is_built(Effect::Patterns)) break;
             const scene::PatternValue v = pattern(input.pattern, point, footprint);
             return {v.x, v.y, v.z};
         }
         case Input::Source::Texture: {
-            if (!is_built(Effect::Textures)) break;
             const TexelRgba c = texture(input.texture, point, footprint);
             switch (input.output) {
                 case scene::TextureOutput::R:
@@ -376,8 +371,7 @@ float MaterialEvaluator::displacement(const SurfacePoint& point, float footprint
 
 Rgb MaterialEvaluator::display_color(const SurfacePoint& point) const {
     float out[4] = {fallback_grey, fallback_grey, fallback_grey, 1};
-    if (is_built(Effect::VaryingColors) && display_color_ != scene::none &&
-        geometry::primvar(scene_, point, display_color_, out))
+    if (display_color_ != scene::none && geometry::primvar(scene_, point, display_color_, out))
         count_call(Effect::VaryingColors);
     return unit_interval(Rgb(out[0], out[1], out[2]));
 }
@@ -392,8 +386,7 @@ SurfaceParameters MaterialEvaluator::parameters(scene::MaterialId material,
     p.interface = f.interface;
     const Rgb base = unit_interval(color(m.diffuse_color, point, footprint));
     p.ior = valid_ior(scalar(m.ior, point, footprint));
-    if (is_built(Effect::NestedBodies) && surrounding_index != 1.0f)
-        set_surroundings(f.interfaces_within, surrounding_index, p);
+    if (surrounding_index != 1.0f) set_surroundings(f.interfaces_within, surrounding_index, p);
     if (m.use_specular_workflow) {
         p.diffuse = base;
         p.f0 = unit_interval(color(m.specular_color, point, footprint));
@@ -410,12 +403,7 @@ SurfaceParameters MaterialEvaluator::parameters(scene::MaterialId material,
     if (!m.has_specular) p.f0 = p.f90 = Rgb(0.0f);
     const float roughness = unit_interval(scalar(m.roughness, point, footprint));
     p.alpha = roughness * roughness;
-    constexpr bool may_be_special = is_built(Effect::Subsurface) || is_built(Effect::Clearcoat) ||
-                                    is_built(Effect::Transmission) ||
-                                    is_built(Effect::RoughTransmission) ||
-                                    is_built(Effect::RoughDiffuse) || is_built(Effect::Sheen) ||
-                                    is_built(Effect::Anisotropy) || is_built(Effect::ThinWalls);
-    if (may_be_special && f.is_special) add_special(m, f, point, footprint, p);
+    if (f.is_special) add_special(m, f, point, footprint, p);
     return p;
 }
 
@@ -550,12 +538,12 @@ Bsdf MaterialEvaluator::make_bsdf(const SurfacePoint& point,
         return Bsdf(display_color(point), point.ng, point.ns, wo, horizon);
     }
     const scene::Material& m = scene_.materials[point.material];
-    if (is_built(Effect::Hair) && m.hair) {
+    if (m.hair) {
         if (const auto fibre = geometry::fibre_at(scene_, point, wo))
             return Bsdf(hair_parameters(*m.hair, point, footprint), fibre->h, fibre->along,
                         fibre->ng, wo);
     }
-    const bool turns_normal = is_built(Effect::NormalMaps) && flags_[point.material].turns_normals;
+    const bool turns_normal = flags_[point.material].turns_normals;
     return Bsdf(parameters(point.material, point, footprint, surrounding_index), point.ng,
                 turns_normal ? mapped_normal(m, point, footprint) : point.ns, wo, horizon);
 }
@@ -567,7 +555,7 @@ Rgb MaterialEvaluator::emission(const SurfacePoint& point, const Vec3&, float fo
 }
 
 float MaterialEvaluator::presence(const SurfacePoint& point, float footprint) const {
-    if (!is_built(Effect::Cutouts) || !material_has_presence(point.material)) return 1.0f;
+    if (!material_has_presence(point.material)) return 1.0f;
     count_call(Effect::Cutouts);
     if (point.material >= scene_.materials.size()) {
         float out[4] = {1, 1, 1, 1};
