@@ -1,66 +1,96 @@
 // SPDX-License-Identifier: Apache-2.0
-// What surfaces and volumes share of direct light, to be inlined into both: it runs at every
-// vertex.
+// Inlined into surfaces and volumes alike: it runs at every vertex.
 #pragma once
 
-#include "integrator/labelling.h"
+#include "integrator/classic/directions.h"
+#include "integrator/deposit.h"
 #include "integrator/path.h"
-#include "integrator/path_tracer.h"
+#include "integrator/shadow_attribution.h"
+#include "integrator/shadow_segment.h"
+#include "integrator/tracer_context.h"
 #include "sampling/mis.h"
 #include "scene/effect_calls.h"
 
+#include <cmath>
+#include <cstdint>
+#include <limits>
 #include <optional>
 
 namespace velatura::integrator {
 
-inline void PathTracer::deposit(const Path& path,
-                                int bounce,
-                                scene::GroupId group,
-                                const Rgb& radiance,
-                                const char* what,
-                                film::SampleRadiance& out) const {
-    if (is_black(radiance)) return;
-    out.add(bounce, int(group), radiance, path.share);
-    if (path.observer) path.observer->on_deposit(bounce, group, radiance, what);
-}
+/// Next-event estimation: chooses a light and a point of it, weighs it against finding it by going
+/// on, and deposits what arrives. Ref: Pharr, Jakob, Humphreys 2023, section 13.4.
+class DirectLight {
+  public:
+    explicit DirectLight(const TracerContext& context) : context_(context), world_(context.world) {}
 
-/// The last scattering's parts count by the multipliers, each kind by its own.
-template <class Give>
-void give_met(film::PathLabels* labels,
-              bool is_weighed,
-              const lights::LobeMultipliers& multipliers,
-              const Give& give) {
-    if (labels && is_weighed) labels->weigh(multipliers.diffuse, multipliers.specular);
-    give();
-    if (labels && is_weighed) labels->stay();
-}
+    /// A light that was sampled, and its links if it has any.
+    struct ChosenLight {
+        lights::LightChoice choice;
+        lights::LightSample light;
+        const scene::LightLinks* links = nullptr;
+    };
 
-inline void PathTracer::deposit_met(const Path& path,
-                                    scene::GroupId group,
-                                    const Rgb& radiance,
-                                    const lights::LobeMultipliers& multipliers,
-                                    const char* what,
-                                    film::SampleRadiance& out) const {
-    give_met(labels_of(out), world_.has_lobe_multipliers && path.bounce > 0, multipliers,
-             [&] { deposit(path, path.bounce, group, radiance, what, out); });
-}
+    /// Of a surface.
+    void add(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
 
-inline void PathTracer::add_unoccluded_met(scene::GroupId group,
-                                           const Rgb& radiance,
-                                           const lights::LobeMultipliers& multipliers,
-                                           film::SampleRadiance& out) const {
-    if (is_black(radiance)) return;
-    give_met(labels_of(out), world_.has_lobe_multipliers, multipliers,
-             [&] { out.add_unoccluded(int(group), radiance); });
-}
+    /// Calls give(const ChosenLight&) for what the light sampling strategy samples from a point.
+    template <class Give>
+    void for_each_sample(const Path& path,
+                         const geometry::SurfacePoint& from,
+                         const lights::Receiver& receiver,
+                         const Give& give) const;
 
-inline bool PathTracer::choose_light(const Path& path,
-                                     const lights::Receiver& receiver,
-                                     ChosenLight& chosen) const {
-    using scene::Effect;
+    /// Deposits Ld of the light, as far as it arrives.
+    void deposit_visible(Path& path,
+                         const geometry::SurfacePoint& from,
+                         const Vec3& wo,
+                         const ChosenLight& chosen,
+                         const Rgb& Ld,
+                         film::SampleRadiance& out,
+                         const NestedBodies::Crossing* crossing = nullptr) const;
+
+  private:
+    /// Chooses a light and a direction towards it; false when none arrives there.
+    bool choose(const Path& path, const lights::Receiver& receiver, ChosenLight& chosen) const;
+    void deposit_sampled(Path& path,
+                         const Vertex& vertex,
+                         const ChosenLight& chosen,
+                         film::SampleRadiance& out) const;
+    /// Calls give(const ChosenLight&) for every light along a direction of the vertex's own (see
+    /// LightSampling::Hemisphere), delta lights skipped, as if each had been sampled there alone:
+    /// what blocks it is for the taker to find.
+    template <class Give>
+    void for_each_light_along(const Path& path,
+                              const geometry::SurfacePoint& from,
+                              const lights::Receiver& receiver,
+                              const classic::LightDirection& along,
+                              const Give& give) const;
+    Rgb visibility(const Path& path,
+                   const geometry::SurfacePoint& from,
+                   const Interior& inside,
+                   const lights::LightSample& light,
+                   ShadowShares* shares) const;
+    Rgb own_visibility(const Path& path,
+                       const geometry::SurfacePoint& from,
+                       const Interior& inside,
+                       const lights::LightSample& light,
+                       const scene::LightLinks& links,
+                       ShadowShares* shares) const;
+    Rgb volume_transmittance(const Path& path,
+                             const Vec3& p,
+                             const lights::LightSample& light) const;
+
+    const TracerContext& context_;
+    const World& world_;
+};
+
+inline bool DirectLight::choose(const Path& path,
+                                const lights::Receiver& receiver,
+                                ChosenLight& chosen) const {
     double u_light = 0.0;
     if (world_.chooses_lights) {
-        scene::count_call(Effect::LightSelection);
+        scene::count_call(scene::Effect::LightSelection);
         u_light =
             path.sampler.get_1d_fine(path.bounce, sampling::Purpose::LightSelect, path.pass_count);
     }
@@ -81,19 +111,18 @@ inline bool PathTracer::choose_light(const Path& path,
     return true;
 }
 
-inline void PathTracer::deposit_direct(Path& path,
-                                       const geometry::SurfacePoint& from,
-                                       const Vec3& wo,
-                                       const ChosenLight& chosen,
-                                       const Rgb& Ld,
-                                       film::SampleRadiance& out,
-                                       const NestedBodies::Crossing* crossing) const {
+inline void DirectLight::deposit_visible(Path& path,
+                                         const geometry::SurfacePoint& from,
+                                         const Vec3& wo,
+                                         const ChosenLight& chosen,
+                                         const Rgb& Ld,
+                                         film::SampleRadiance& out,
+                                         const NestedBodies::Crossing* crossing) const {
     // Deposit it where it is seen, and in the unoccluded layer in any case
-    using scene::Effect;
     const auto& [choice, light, links] = chosen;
     const scene::GroupId group = world_.lights.group(choice.light);
-    if (has_unoccluded_ && path.bounce == 0) {
-        scene::count_call(Effect::ShadowLayers);
+    if (context_.has_unoccluded && path.bounce == 0) {
+        scene::count_call(scene::Effect::ShadowLayers);
         out.add_unoccluded(int(group), Ld);
     }
     std::optional<Interior> crossed;
@@ -101,8 +130,8 @@ inline void PathTracer::deposit_direct(Path& path,
         cross(world_, crossing, from, wo, light.wi, crossed.emplace(path.interior));
     const Interior& interior = crossed ? *crossed : path.interior;
     ShadowShares* shares = nullptr;
-    if (credits_casters(path.bounce + 1)) {
-        scene::count_call(Effect::CasterLayers);
+    if (context_.credits_casters(path.bounce + 1)) {
+        scene::count_call(scene::Effect::CasterLayers);
         thread_local ShadowShares room;
         room.clear();
         shares = &room;
@@ -119,11 +148,11 @@ inline void PathTracer::deposit_direct(Path& path,
     deposit(path, path.bounce + 1, group, Ld * visible, "light sampled", out);
 }
 
-// Into every vertex, like all of this: as a call of its own it costs 0.3 % of a plain render
-[[gnu::always_inline]] inline void PathTracer::deposit_sampled(Path& path,
-                                                               const Vertex& vertex,
-                                                               const ChosenLight& chosen,
-                                                               film::SampleRadiance& out) const {
+// As a call of its own it costs 0.3 % of a plain render
+[[gnu::always_inline]] inline void DirectLight::deposit_sampled(Path& path,
+                                                                const Vertex& vertex,
+                                                                const ChosenLight& chosen,
+                                                                film::SampleRadiance& out) const {
     const auto& [point, bsdf, wo, directions, crossing, is_exit] = vertex;
     const auto& [choice, light, links] = chosen;
 
@@ -139,17 +168,101 @@ inline void PathTracer::deposit_direct(Path& path,
     if (is_black(f)) return;
     const float light_pdf = choice.pmf * light.pdf;
     const bool has_rival =
-        options_.estimator.light_sampling == LightSampling::Mis && !light.is_delta;
+        context_.options.estimator.light_sampling == LightSampling::Mis && !light.is_delta;
     const float weight =
         has_rival ? sampling::balance_heuristic(light_pdf, directions.pdf(light.wi, value.pdf))
                   : 1.0f;
     const Rgb Ld = path.beta * f * light.Le * (bsdf.cosine(light.wi) * weight / light_pdf);
     if (is_black(Ld)) return;
 
-    film::PathLabels* const labels = labels_of(out);
+    film::PathLabels* const labels = out.labels();
     if (labels) labels->look(vertex.events(value, multipliers));
-    deposit_direct(path, point, wo, chosen, Ld, out, crossing);
+    deposit_visible(path, point, wo, chosen, Ld, out, crossing);
     if (labels) labels->stay();
+}
+
+template <class Give>
+void DirectLight::for_each_light_along(const Path& path,
+                                       const geometry::SurfacePoint& from,
+                                       const lights::Receiver& receiver,
+                                       const classic::LightDirection& along,
+                                       const Give& give) const {
+    ChosenLight chosen;
+    chosen.light.wi = along.wi;
+    chosen.light.pdf = along.pdf;
+    const auto offer = [&](lights::LightId id) {
+        chosen.choice = {id, 1.0f};
+        chosen.links = world_.has_links() ? world_.lights.links(id) : nullptr;
+        if (world_.lights.shines_on(chosen.links, receiver.link) && !is_black(chosen.light.Le))
+            give(chosen);
+    };
+    geometry::Ray ray = geometry::spawn_ray(from, along.wi);
+    world_.lights.for_each_hit(ray.o, along.wi, std::numeric_limits<float>::infinity(),
+                               [&](const lights::LightHit& hit) {
+                                   chosen.light.distance = hit.t;
+                                   chosen.light.Le = hit.Le;
+                                   offer(hit.light);
+                               });
+    if (!context_.has_emission) return;
+
+    // Surfaces that emit, as far as somebody might see them
+    const bool sees_all = context_.has_unoccluded || world_.has_own_shadows || world_.nested;
+    chosen.light.is_surface = true;
+    chosen.light.distance = 0;
+    for (uint32_t i = 0; i < pass_through_limit; ++i) {
+        const geometry::Hit hit = world_.accelerator->intersect(ray);
+        ++path.counts->shadow;
+        if (!hit.is_valid()) return;
+        geometry::SurfacePoint point =
+            geometry::make_surface_point(world_.scene, world_.geometry, ray, hit);
+        chosen.light.distance += hit.t;
+        ray = geometry::spawn_ray(point, along.wi);
+        const std::optional<lights::LightId> id =
+            world_.lights.may_emit(point) ? world_.lights.find_surface(point) : std::nullopt;
+        if (id) {
+            const float footprint = path.cone_width + path.cone_spread * chosen.light.distance;
+            chosen.light.Le =
+                world_.lights
+                    .surface_radiance(point, -along.wi, footprint, lights::Onlooker::Scattering)
+                    .Le *
+                world_.materials.presence(point, footprint);
+            // As of emissive triangles that are sampled: beside the surface, seen from where the
+            // vertex is
+            for (int c = 0; c < 3; ++c)
+                point.p_error[c] += 0x1p-23f * std::abs(from.p[c] - point.p[c]);
+            chosen.light.target = geometry::offset_ray_origin(point, from.p - point.p);
+            offer(*id);
+        }
+        const bool may_pass = world_.materials.material_has_presence(point.material) ||
+                              world_.materials.material_is_see_through(point.material);
+        if (!may_pass && !sees_all) return;
+    }
+}
+
+template <class Give>
+void DirectLight::for_each_sample(const Path& path,
+                                  const geometry::SurfacePoint& from,
+                                  const lights::Receiver& receiver,
+                                  const Give& give) const {
+    const LightSampling strategy = context_.options.estimator.light_sampling;
+    if (looks_around(strategy)) {
+        const Vec2 u =
+            path.sampler.get_2d(path.bounce, sampling::Purpose::LightDirection, path.pass_count);
+        const classic::LightDirection along = strategy == LightSampling::Cosine
+                                                  ? classic::cosine_direction(receiver, u)
+                                                  : classic::uniform_direction(receiver, u);
+        if (along.pdf > 0.0f) for_each_light_along(path, from, receiver, along, give);
+    }
+    ChosenLight chosen;
+    if (!choose(path, receiver, chosen)) return;
+    if (is_left_to_directions(strategy) && !chosen.light.is_delta) return;
+    give(chosen);
+}
+
+inline void DirectLight::add(Path& path, const Vertex& vertex, film::SampleRadiance& out) const {
+    if (world_.selector->is_empty() || !vertex.bsdf.has_non_delta()) return;
+    for_each_sample(path, vertex.point, receiver_at(world_, vertex.point, vertex.bsdf),
+                    [&](const ChosenLight& chosen) { deposit_sampled(path, vertex, chosen, out); });
 }
 
 }  // namespace velatura::integrator

@@ -34,7 +34,7 @@ enum class Roulette : uint8_t {
     Albedo,      ///< survival = what the last scattering and the way there left of it
     Efficiency,  ///< survival by what paths of so many scatterings still bring and cost, as trial
                  ///< paths told; see RouletteTrial
-    Constant,    ///< survival = constant_survival, whatever it carries
+    Constant,    ///< survival = classic::constant_survival, whatever it carries
     Cutoff,      ///< none below EstimatorOptions::cutoff of what the path began with: a bias
     None,        ///< paths end by absorption and by the depth limit alone
 };
@@ -43,8 +43,6 @@ enum class Roulette : uint8_t {
 constexpr bool has_chances_to_end(Roulette roulette) {
     return roulette != Roulette::None && roulette != Roulette::Cutoff;
 }
-
-inline constexpr float constant_survival = 0.75f;
 
 /// Which estimator of the light transport is run. The defaults are the best; the others are the
 /// classic ones to compare with.

@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "integrator/caustics.h"
+#include "integrator/direction_mixture.h"
 #include "integrator/path_events.h"
-#include "integrator/path_tracer.h"
+#include "integrator/path_observer.h"
+#include "integrator/ray_counts.h"
+#include "integrator/world.h"
+#include "media/flight.h"
 #include "scene/effect_calls.h"
 
 #include <array>
@@ -27,7 +32,7 @@ inline lights::Receiver receiver_at(const World& world,
 }
 
 /// A path while it is traced.
-struct PathTracer::Path {
+struct Path {
     static constexpr int unknown_hits = -1;
 
     Path(const sampling::PixelSampler& s, RayCounts& c, PathObserver* o)
@@ -72,7 +77,7 @@ struct PathTracer::Path {
 };
 
 /// Where a path scatters.
-struct PathTracer::Vertex {
+struct Vertex {
     const geometry::SurfacePoint& point;
     const shading::Bsdf& bsdf;
     Vec3 wo;
@@ -89,20 +94,31 @@ struct PathTracer::Vertex {
     }
 };
 
-/// Where a path comes out that scattered below the surface: a vertex in place of the one where it
-/// went in.
-struct PathTracer::Emergence {
-    Emergence(const geometry::SurfacePoint& at, const Vec3& wo, const guiding::GuidingField* guide)
-        : point(at),
-          bsdf(Rgb(1.0f), at.ng, at.ns, wo, at.side != 0 ? at.ns : at.ng),
-          vertex{point, bsdf, wo, DirectionMixture(bsdf, wo, at.p, guide), nullptr, true} {}
+/// What scatters a path that is at no surface, wherever in it: of a volume, or of what fills a
+/// body.
+struct Scatterer {
+    const media::HenyeyGreenstein& phase;
+    Rgb albedo;
+    scene::ProvenanceId provenance;
+    scene::LinkClass link;
 
-    Emergence(const Emergence&) = delete;
-    Emergence& operator=(const Emergence&) = delete;
+    /// Every direction counts.
+    lights::Receiver receiver_at(const Vec3& p) const {
+        lights::Receiver receiver{p};
+        receiver.link = link;
+        return receiver;
+    }
 
-    geometry::SurfacePoint point;
-    shading::Bsdf bsdf;
-    Vertex vertex;
+    /// Where light scatters, for what asks for surfaces: rays leave from p itself, and no body is
+    /// entered or left.
+    geometry::SurfacePoint point_at(const Vec3& p, float time) const {
+        geometry::SurfacePoint point;
+        point.p = p;
+        point.p_error = point.ng = point.ns = Vec3(0.0f);
+        point.time = time;
+        point.provenance = provenance;
+        return point;
+    }
 };
 
 /// Light goes through the vertex from wo to wi, or stays on its side.
@@ -116,6 +132,16 @@ inline void cross(const World& world,
         interior.cross(world.materials, point, wo, wi);
     else if ((point.ng.dot(wo) > 0.0f) != (point.ng.dot(wi) > 0.0f))
         interior = crossing->beyond;
+}
+
+/// Goes on behind the surface in the same direction, which is no scattering.
+inline void go_straight_on(Path& path, const geometry::SurfacePoint& point) {
+    // The rest of the segment keeps its end: the camera's far plane also counts behind a cut-out
+    const float rest = path.ray.t_max - path.segment_t;
+    path.ray = geometry::spawn_ray(point, path.ray.d);
+    path.ray.t_max = rest;
+    path.travelled += path.segment_t;
+    ++path.pass_count;
 }
 
 }  // namespace velatura::integrator

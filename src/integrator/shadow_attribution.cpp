@@ -1,23 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who takes the light that does not arrive, for the layers by caster: of lights that are sampled,
-// and of those that the path would have met by its first scattered direction.
-#include "integrator/shadow_shares.h"
+#include "integrator/shadow_attribution.h"
 
-#include "integrator/emission_walk.h"
-#include "integrator/path.h"
-#include "integrator/path_tracer.h"
 #include "integrator/shadow_segment.h"
 
 #include <limits>
 
 namespace velatura::integrator {
 
-void PathTracer::credit_caster(const Path& path,
-                               float t,
-                               scene::CasterId caster,
-                               const Rgb& taken,
-                               const geometry::Ray& behind,
-                               film::SampleRadiance& out) const {
+void ShadowAttribution::credit_caster(const Path& path,
+                                      float t,
+                                      scene::CasterId caster,
+                                      const Rgb& taken,
+                                      const geometry::Ray& behind,
+                                      film::SampleRadiance& out) const {
     if (caster == scene::none || is_black(taken)) return;
     constexpr float infinity = std::numeric_limits<float>::infinity();
     // As far as add_light_hits() has met them
@@ -27,24 +22,24 @@ void PathTracer::credit_caster(const Path& path,
             if (world_.lights.is_within(hit, end)) return;
             if (world_.has_links()) {
                 const scene::LightLinks* links = world_.lights.links(hit.light);
-                if (!is_lit(path, links) || is_found_beyond(path, links)) return;
+                if (!hits_.is_lit(path, links) || hits_.is_found_beyond(path, links)) return;
             }
             out.add_taken(int(world_.lights.group(hit.light)), caster,
                           taken * hit.Le *
-                              light_factor(path, world_.lights.lobe_multipliers(hit.light)) *
-                              light_hit_weight(path, hit));
+                              hits_.light_factor(path, world_.lights.lobe_multipliers(hit.light)) *
+                              hits_.light_hit_weight(path, hit));
         });
     if (!world_.lights.has_surface_emission()) return;
-    for_each_emission(
+    hits_.for_each_emission(
         path, behind, path.cone_width, [&](const lights::SurfaceRadiance& emitted, float weight) {
-            if (!is_found_beyond(path, emitted.links))
+            if (!hits_.is_found_beyond(path, emitted.links))
                 out.add_taken(int(emitted.group), caster, taken * emitted.Le * weight);
         });
 }
 
-void PathTracer::credit_surface(const Path& path,
-                                const Vertex& vertex,
-                                film::SampleRadiance& out) const {
+void ShadowAttribution::credit_surface(const Path& path,
+                                       const Vertex& vertex,
+                                       film::SampleRadiance& out) const {
     const geometry::SurfacePoint& point = vertex.point;
     const Vec3 d = path.ray.d;
     const Rgb passed =
@@ -53,14 +48,6 @@ void PathTracer::credit_surface(const Path& path,
     const scene::CasterId caster = world_.scene.casters.of(point.instance, point.shape);
     credit_caster(path, path.segment_t, caster, path.beta * (Rgb(1.0f) - passed),
                   geometry::spawn_ray(point, d), out);
-}
-
-void PathTracer::deposit_taken(const ShadowShares& shares,
-                               scene::GroupId group,
-                               const Rgb& radiance,
-                               film::SampleRadiance& out) const {
-    for (const ShadowShares::Share& s : shares)
-        out.add_taken(int(group), s.caster, radiance * s.taken);
 }
 
 }  // namespace velatura::integrator

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where the light of a path goes; inlined into every vertex.
+#pragma once
+
+#include "film/sample_radiance.h"
+#include "integrator/path.h"
+
+namespace velatura::integrator {
+
+/// Adds light to the layers of (bounce, group), and tells the observer.
+inline void deposit(const Path& path,
+                    int bounce,
+                    scene::GroupId group,
+                    const Rgb& radiance,
+                    const char* what,
+                    film::SampleRadiance& out) {
+    if (is_black(radiance)) return;
+    out.add(bounce, int(group), radiance, path.share);
+    if (path.observer) path.observer->on_deposit(bounce, group, radiance, what);
+}
+
+/// The last scattering's parts count by the multipliers, each kind by its own.
+template <class Give>
+void give_met(film::PathLabels* labels,
+              bool is_weighed,
+              const lights::LobeMultipliers& multipliers,
+              const Give& give) {
+    if (labels && is_weighed) labels->weigh(multipliers.diffuse, multipliers.specular);
+    give();
+    if (labels && is_weighed) labels->stay();
+}
+
+/// Deposits light that the path met and that counts by multipliers.
+inline void deposit_met(const World& world,
+                        const Path& path,
+                        scene::GroupId group,
+                        const Rgb& radiance,
+                        const lights::LobeMultipliers& multipliers,
+                        const char* what,
+                        film::SampleRadiance& out) {
+    give_met(out.labels(), world.has_lobe_multipliers && path.bounce > 0, multipliers,
+             [&] { deposit(path, path.bounce, group, radiance, what, out); });
+}
+
+/// The same of the unoccluded layers.
+inline void add_unoccluded_met(const World& world,
+                               scene::GroupId group,
+                               const Rgb& radiance,
+                               const lights::LobeMultipliers& multipliers,
+                               film::SampleRadiance& out) {
+    if (is_black(radiance)) return;
+    give_met(out.labels(), world.has_lobe_multipliers, multipliers,
+             [&] { out.add_unoccluded(int(group), radiance); });
+}
+
+}  // namespace velatura::integrator
