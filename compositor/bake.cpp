@@ -69,14 +69,14 @@ class Baker {
     std::vector<bool> select(const Control& control);
     void apply(const Control& control, const std::vector<bool>& groups);
     void apply_solos();
-    Result<void> bake_group(const image::LightGroup& group, const GroupGain& gain);
+    Result<void> bake_group(const accumulate::LightGroup& group, const GroupGain& gain);
     Result<GroupGain> bake_prim(const std::string& path, const GroupGain& gain);
     void record(const std::string& group, const GroupGain& gain);
 
     /// Whether some layer of the group is not black.
     bool has_light(const std::string& group) const {
         bool is_lit = false;
-        for (const image::LayerEntry& entry : stack_.header().layers) {
+        for (const accumulate::LayerEntry& entry : stack_.header().layers) {
             if (entry.group != group) continue;
             for (size_t c = 0; c < 3; ++c) {
                 if (const image::Channel* channel = stack_.channel(entry.name, c))
@@ -87,10 +87,10 @@ class Baker {
         return is_lit;
     }
 
-    const image::LightValues* values_of(const std::string& path) const {
+    const layers::LightValues* values_of(const std::string& path) const {
         const auto& all = stack_.header().light_values;
         const auto at = std::find_if(all.begin(), all.end(),
-                                     [&](const image::LightValues& v) { return v.path == path; });
+                                     [&](const layers::LightValues& v) { return v.path == path; });
         return at == all.end() ? nullptr : &*at;
     }
 
@@ -208,7 +208,7 @@ void Baker::apply_solos() {
 
 /// Returns: what of the gain the prim's inputs say now.
 Result<GroupGain> Baker::bake_prim(const std::string& path, const GroupGain& gain) {
-    const image::LightValues& v = *values_of(path);
+    const layers::LightValues& v = *values_of(path);
     const auto varies = [&](const char* name) {
         return std::find(v.varying.begin(), v.varying.end(), name) != v.varying.end();
     };
@@ -281,7 +281,7 @@ void Baker::record(const std::string& group, const GroupGain& gain) {
         add(Kind::Tint, t, fmt::format("{},{},{}", float(t[0]), float(t[1]), float(t[2])));
 }
 
-Result<void> Baker::bake_group(const image::LightGroup& group, const GroupGain& gain) {
+Result<void> Baker::bake_group(const accumulate::LightGroup& group, const GroupGain& gain) {
     if (group.prims.empty()) {
         if (has_light(group.name))
             out_.left.push_back(
@@ -291,7 +291,7 @@ Result<void> Baker::bake_group(const image::LightGroup& group, const GroupGain& 
     std::vector<GroupGain> taken;  // per prim
     for (const std::string& path : group.prims) {
         taken.emplace_back();
-        const image::LightValues* v = values_of(path);
+        const layers::LightValues* v = values_of(path);
         if (!v) {
             out_.left.push_back(
                 path.empty()
@@ -336,7 +336,7 @@ Result<Bake> Baker::run() {
     }
     apply_solos();
     for (size_t g = 0; g < gains_.size(); ++g) {
-        const image::LightGroup& group = stack_.header().lights[g];
+        const accumulate::LightGroup& group = stack_.header().lights[g];
         gains_[g].stops += double(look_.exposure_stops);
         if (!gains_[g].is_muted && !gains_[g].is_finite())
             return Error{"bad-gain",

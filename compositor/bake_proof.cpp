@@ -27,7 +27,7 @@ MixPlan part_of(const LayerStack& stack,
     part.family = plan.family;
     part.mattes = plan.mattes;
     for (const MixPlan::Term& term : plan.terms) {
-        const image::LayerEntry* entry = stack.header().find(term.layer);
+        const accumulate::LayerEntry* entry = stack.header().find(term.layer);
         if (entry && is_wanted(entry->group)) part.terms.push_back(term);
     }
     return part;

@@ -3,7 +3,7 @@
 
 #include "base/tasks.h"
 #include "compositor/layer_picture.h"
-#include "image/layer_header.h"
+#include "layers/layer_header.h"
 
 #include <fmt/format.h>
 #include <fnmatch.h>
@@ -33,9 +33,9 @@ struct Listing {
 
 Listing listing_of(const image::Image& image) {
     Listing listing;
-    const auto header = image::read_layer_header(image);
+    const auto header = layers::read_layer_header(image);
     if (!header) return listing;
-    for (const image::LayerEntry& e : header->layers) {
+    for (const accumulate::LayerEntry& e : header->layers) {
         if (e.family == "data" || e.family == "halves" || e.name == "rgba") continue;
         (e.is_empty ? listing.black : listing.lit).push_back(e.name);
     }

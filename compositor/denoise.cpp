@@ -88,7 +88,7 @@ std::vector<Job> jobs_for(const LayerStack& stack, image::Image& out) {
         return at == outputs.end() ? nullptr : at->second;
     };
     std::vector<Job> jobs;
-    for (const image::LayerEntry& entry : stack.header().layers) {
+    for (const accumulate::LayerEntry& entry : stack.header().layers) {
         if (!is_filtered(entry)) continue;
         const std::string stem = entry.name == "rgba" ? "beauty" : entry.name;
         for (size_t c = 0; c < 3; ++c) {
@@ -111,7 +111,7 @@ std::vector<Job> jobs_for(const LayerStack& stack, image::Image& out) {
 /// Light layers whose half images were not rendered, beside a beauty that has its own.
 void note_layers_without_halves(const LayerStack& stack, std::vector<std::string>& notes) {
     std::vector<std::string> without;
-    for (const image::LayerEntry& entry : stack.header().layers) {
+    for (const accumulate::LayerEntry& entry : stack.header().layers) {
         const bool is_light = is_filtered(entry) && !entry.is_empty && entry.name != "rgba";
         if (is_light && !stack.header().find(entry.name + "_hA")) without.push_back(entry.name);
     }

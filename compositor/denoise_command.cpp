@@ -5,7 +5,7 @@
 #include "compositor/frame_runs.h"
 #include "compositor/layer_stack.h"
 #include "compositor/picture_name.h"
-#include "image/layer_file.h"
+#include "layers/layer_file.h"
 
 #include <fmt/format.h>
 
@@ -27,7 +27,7 @@ int denoise_one(const DenoiseOptions& o) {
     DenoiseReport told;
     const auto denoised = denoise(*stack, told);
     if (!denoised) return report(denoised.error());
-    if (const auto written = image::write_image_file(o.output, *denoised); !written)
+    if (const auto written = layers::write_image_file(o.output, *denoised); !written)
         return report(written.error());
     for (const std::string& note : told.notes)
         fmt::print(stderr, "velatura-comp: warning: {}\n", note);

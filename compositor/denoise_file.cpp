@@ -2,8 +2,8 @@
 #include "compositor/denoise_file.h"
 
 #include "image/digest.h"
-#include "image/layer_check.h"
-#include "image/layer_file.h"
+#include "layers/layer_check.h"
+#include "layers/layer_file.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -35,7 +35,7 @@ std::vector<float>& floats_of(Channel& channel) {
 
 /// The fold that defines a layer: in float, from +0, of the stored layers in the family's order.
 std::vector<float> fold_of(const image::Image& image,
-                           const image::FamilyClosure& family,
+                           const layers::FamilyClosure& family,
                            size_t c) {
     std::vector<float> fold(image.data.pixel_count(), 0.0f);
     for (const std::string& layer : family.order) {
@@ -46,11 +46,11 @@ std::vector<float> fold_of(const image::Image& image,
 }
 
 /// What is stored by caster adds up to S_<group>, which is their fold.
-void fold_casters(image::Image& image, const image::LayerHeader& header, size_t c) {
-    for (const image::LayerEntry& shadow : header.layers) {
+void fold_casters(image::Image& image, const layers::LayerHeader& header, size_t c) {
+    for (const accumulate::LayerEntry& shadow : header.layers) {
         if (shadow.family != "shadow" || shadow.is_empty) continue;
-        image::FamilyClosure casters;
-        for (const image::LayerEntry& e : header.layers) {
+        layers::FamilyClosure casters;
+        for (const accumulate::LayerEntry& e : header.layers) {
             if (e.family == "caster" && !e.is_empty && e.group == shadow.group)
                 casters.order.push_back(e.name);
         }
@@ -61,7 +61,7 @@ void fold_casters(image::Image& image, const image::LayerHeader& header, size_t 
 
 /// A coarser family was rounded on its own before it was filtered: gives what that left between the
 /// two to the layer that is largest there, so that it closes like that of a render.
-void settle_family(image::Image& image, const image::FamilyClosure& family, size_t c) {
+void settle_family(image::Image& image, const layers::FamilyClosure& family, size_t c) {
     const std::vector<float>& beauty = floats_of(*find(image, names[c]));
     std::vector<Channel*> layers;
     for (const std::string& layer : family.order) {
@@ -161,10 +161,10 @@ std::string with_ledger(const std::string& stats_json, const DenoiseReport& repo
 }
 
 void write_header(const LayerStack& stack, image::Image& out, const DenoiseReport& report) {
-    const auto channels = image::channels_by_layer(out);
-    image::ResolvedLayers resolved;
+    const auto channels = layers::channels_by_layer(out);
+    layers::ResolvedLayers resolved;
     resolved.closure = stack.header().closure;
-    for (image::LayerEntry entry : stack.header().layers) {
+    for (accumulate::LayerEntry entry : stack.header().layers) {
         const auto at = channels.find(entry.name);
         // What is as it was keeps its digest: the check at the end tells if that is true
         const bool is_new =
@@ -175,23 +175,23 @@ void write_header(const LayerStack& stack, image::Image& out, const DenoiseRepor
         }
         resolved.layers.push_back(std::move(entry));
     }
-    image::LayerSet set;
+    accumulate::LayerSet set;
     set.groups = stack.header().lights;
-    image::FileInfo info = image::file_info_of(stack.image(), stack.header());
+    layers::FileInfo info = layers::file_info_of(stack.image(), stack.header());
     info.stats_json = with_ledger(info.stats_json, report);
-    image::write_layer_header(out, resolved, set, stack.header().samples, info);
+    layers::write_layer_header(out, resolved, set, stack.header().samples, info);
 }
 
 }  // namespace
 
-bool is_filtered(const image::LayerEntry& entry) {
+bool is_filtered(const accumulate::LayerEntry& entry) {
     return entry.family != "data" && entry.family != "cryptomatte" && entry.family != "halves";
 }
 
 Result<void> check_denoisable(const LayerStack& stack) {
-    const image::LayerHeader& header = stack.header();
-    const auto channels = image::channels_by_layer(stack.image());
-    for (const image::LayerEntry& entry : header.layers) {
+    const layers::LayerHeader& header = stack.header();
+    const auto channels = layers::channels_by_layer(stack.image());
+    for (const accumulate::LayerEntry& entry : header.layers) {
         if (entry.is_empty) continue;
         if (channels.count(entry.name) == 0) return layer_missing(entry.name);
         if (!is_filtered(entry) && entry.family != "halves") continue;
@@ -233,12 +233,12 @@ Result<image::Image> denoised_file_like(const LayerStack& stack) {
     for (image::Part& part : out.parts)
         std::erase_if(part.channels,
                       [](const Channel& c) { return image::is_bookkeeping(c.name); });
-    out.attributes.erase(image::sums_attribute);
-    out.attributes.erase(image::split_attribute);
+    out.attributes.erase(layers::sums_attribute);
+    out.attributes.erase(layers::split_attribute);
     // Regression may overshoot
     constexpr float largest = 8192.0f;
-    const auto channels = image::channels_by_layer(out);
-    for (const image::LayerEntry& entry : stack.header().layers) {
+    const auto channels = layers::channels_by_layer(out);
+    for (const accumulate::LayerEntry& entry : stack.header().layers) {
         const auto at = channels.find(entry.name);
         if (at == channels.end() || !(is_filtered(entry) || entry.family == "halves")) continue;
         float most = 0;
@@ -265,7 +265,7 @@ Result<void> finish_denoised_file(const LayerStack& stack,
                                   DenoiseReport& report) {
     const auto& closure = stack.header().closure;
     for (size_t c = 0; c < 3; ++c) {
-        for (const image::FamilyClosure& family : closure) {
+        for (const layers::FamilyClosure& family : closure) {
             if (&family == &closure.front())
                 floats_of(*find(out, names[c])) = fold_of(out, family, c);
             else
@@ -278,9 +278,9 @@ Result<void> finish_denoised_file(const LayerStack& stack,
     if (before != 0) report.energy_ratio = luminance_of(out) / before;
     write_header(stack, out, report);
     out.attributes[denoise_attribute] = denoise_json(guides, choice, report).dump();
-    const auto header = image::read_layer_header(out);
+    const auto header = layers::read_layer_header(out);
     if (!header) return header.error();
-    const image::LayerCheck check = image::check_layers(out, *header);
+    const layers::LayerCheck check = layers::check_layers(out, *header);
     if (!check.is_good())
         return Error{"closure-failed", "the denoised layers fail the check: " + check.problems[0]};
     return {};

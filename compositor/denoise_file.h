@@ -11,7 +11,7 @@ inline constexpr const char* denoise_attribute = "velatura/denoise";
 
 /// True for light, which is filtered; false for data, mattes and half images (those go with their
 /// layer).
-bool is_filtered(const image::LayerEntry& entry);
+bool is_filtered(const accumulate::LayerEntry& entry);
 
 /// What denoising reads without looking twice: the beauty as floats, light layers and half images
 /// whole, two half images or none, albedo and N whole where they are stored. A half image may be

@@ -92,7 +92,7 @@ std::vector<JudgedMix> sums_by(const LayerStack& stack, Name name_of) {
     std::vector<JudgedMix> mixes;
     if (stack.header().closure.empty()) return mixes;
     for (const std::string& layer : stack.header().closure[0].order) {
-        const image::LayerEntry* entry = stack.header().find(layer);
+        const accumulate::LayerEntry* entry = stack.header().find(layer);
         const std::string name = entry ? name_of(*entry) : std::string();
         if (name.empty()) continue;
         const auto at = std::find(names.begin(), names.end(), name);
@@ -113,7 +113,7 @@ void set_judged(DenoiseGuides& guides, const LayerStack& stack) {
     const double whole = mean_of(beauty, pixels);
     guides.judged.push_back(std::move(beauty));
     std::vector<JudgedMix> groups =
-        sums_by(stack, [](const image::LayerEntry& e) { return e.group; });
+        sums_by(stack, [](const accumulate::LayerEntry& e) { return e.group; });
     std::vector<std::pair<double, size_t>> brightest;
     for (size_t g = 0; g < groups.size(); ++g)
         brightest.emplace_back(-mean_of(groups[g], pixels), g);
@@ -123,7 +123,7 @@ void set_judged(DenoiseGuides& guides, const LayerStack& stack) {
     if (groups.size() > 1) {
         for (const auto& [mean, g] : brightest) guides.judged.push_back(std::move(groups[g]));
     }
-    for (JudgedMix& mix : sums_by(stack, [](const image::LayerEntry& e) {
+    for (JudgedMix& mix : sums_by(stack, [](const accumulate::LayerEntry& e) {
              return e.bounce.empty() || e.bounce == "b0" ? std::string()
                     : e.bounce == "b1"                   ? std::string("direct")
                                                          : std::string("indirect");
@@ -140,9 +140,9 @@ void set_judged(DenoiseGuides& guides, const LayerStack& stack) {
 /// of the beauty's mean. Nothing where it is black or not stored.
 void add_emission(DenoiseGuides& guides, const LayerStack& stack) {
     std::vector<const Channel*> seen;
-    for (const image::FamilyClosure& family : stack.header().closure) {
+    for (const layers::FamilyClosure& family : stack.header().closure) {
         for (const std::string& layer : family.order) {
-            const image::LayerEntry* entry = stack.header().find(layer);
+            const accumulate::LayerEntry* entry = stack.header().find(layer);
             if (!entry || entry->bounce != "b0") continue;
             for (size_t c = 0; c < 3; ++c) {
                 if (const Channel* channel = stack.channel(layer, c)) seen.push_back(channel);

@@ -3,7 +3,7 @@
 
 #include "base/unique_names.h"
 #include "image/digest.h"
-#include "image/relative_error.h"
+#include "statistics/relative_error.h"
 
 #include <fmt/format.h>
 
@@ -87,7 +87,7 @@ double square_of(double difference, double reference) {
     if (difference == 0) return 0;
     if (!std::isfinite(difference) || !std::isfinite(reference))
         return std::numeric_limits<double>::infinity();
-    return image::relative_square(difference * difference, reference);
+    return statistics::relative_square(difference * difference, reference);
 }
 
 LayerDifference compare_layer(const image::Window& w,

@@ -5,7 +5,7 @@
 #include "compositor/flip.h"
 #include "compositor/frame_runs.h"
 #include "compositor/picture_name.h"
-#include "image/layer_file.h"
+#include "layers/layer_file.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -80,9 +80,9 @@ Result<Flip> beauty_flip(const image::Image& a, const image::Image& b) {
 }
 
 int diff_one(const DiffOptions& o, std::optional<int> frame) {
-    const auto a = image::read_layer_file(o.a);
+    const auto a = layers::read_layer_file(o.a);
     if (!a) return report(a.error());
-    const auto b = image::read_layer_file(o.b);
+    const auto b = layers::read_layer_file(o.b);
     if (!b) return report(b.error());
     const auto difference = compare(*a, *b);
     if (!difference) {
@@ -99,7 +99,7 @@ int diff_one(const DiffOptions& o, std::optional<int> frame) {
     if (!o.output.empty()) {
         const auto written = is_display_picture(o.output)
                                  ? write_flip_picture(o.output, a->data, flip->map)
-                                 : image::write_image_file(o.output, difference_image(*a, *b));
+                                 : layers::write_image_file(o.output, difference_image(*a, *b));
         if (!written) return report(written.error());
     }
     if (difference->is_equal) return done;

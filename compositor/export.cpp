@@ -3,7 +3,7 @@
 
 #include "base/frames.h"
 #include "base/unique_names.h"
-#include "image/layer_header.h"
+#include "layers/layer_header.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -18,7 +18,7 @@ namespace velatura::compositor {
 
 namespace {
 
-using image::ChannelPlace;
+using layers::ChannelPlace;
 
 /// Empty where the file has one part.
 std::string part_of(const image::Image& image, const ChannelPlace& place) {
@@ -205,7 +205,7 @@ Result<MixRecipe> mix_recipe(const LayerStack& stack,
                              const Look& look,
                              const std::string& file) {
     const image::Image& image = stack.image();
-    if (!image.text(image::split_attribute).empty()) {
+    if (!image.text(layers::split_attribute).empty()) {
         return Error{"export-split", file +
                                          " keeps its layers in files beside it; export needs one "
                                          "file (--exr-layout multipart or single)"};

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/file_frame.h"
 
-#include "image/layer_header.h"
+#include "layers/layer_header.h"
 
 #include <nlohmann/json.hpp>
 
 namespace velatura::compositor {
 
 std::optional<double> frame_of(const image::Image& image) {
-    const auto scene = nlohmann::json::parse(image.text(image::scene_attribute), nullptr, false);
+    const auto scene = nlohmann::json::parse(image.text(layers::scene_attribute), nullptr, false);
     if (!scene.is_object() || !scene.contains("frame") || !scene["frame"].is_number())
         return std::nullopt;
     const double frame = scene["frame"].get<double>();

@@ -16,7 +16,7 @@ namespace {
 /// Which mattes can be had, each tried once.
 class MatteProbe {
   public:
-    MatteProbe(const LayerStack& stack, const image::StripReader* file, size_t strip_bytes)
+    MatteProbe(const LayerStack& stack, const layers::StripReader* file, size_t strip_bytes)
         : stack_(stack), file_(file), strip_bytes_(strip_bytes) {}
 
     std::optional<Error> fault_of(const std::string& matte) {
@@ -30,7 +30,7 @@ class MatteProbe {
 
   private:
     const LayerStack& stack_;
-    const image::StripReader* file_;
+    const layers::StripReader* file_;
     const size_t strip_bytes_;
     std::map<std::string, std::optional<Error>> faults_;
 };
@@ -39,7 +39,7 @@ class MatteProbe {
 
 FittedLook fit_look(const LayerStack& stack,
                     const Look& look,
-                    const image::StripReader* file,
+                    const layers::StripReader* file,
                     size_t strip_bytes) {
     FittedLook fitted;
     fitted.look = look;

@@ -21,7 +21,7 @@ struct FittedLook {
 /// `file` and `strip_bytes` as for plan_mix.
 FittedLook fit_look(const LayerStack& stack,
                     const Look& look,
-                    const image::StripReader* file = nullptr,
+                    const layers::StripReader* file = nullptr,
                     size_t strip_bytes = size_t(1) << 30);
 
 }  // namespace velatura::compositor

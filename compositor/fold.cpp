@@ -44,7 +44,7 @@ bool load_floats(const float* floats, size_t count, float* row) {
 
 }  // namespace
 
-bool load_row(const image::StripChannel& channel, size_t first, size_t count, float* row) {
+bool load_row(const layers::StripChannel& channel, size_t first, size_t count, float* row) {
     switch (channel.type) {
         case image::ChannelType::Half:
             return load_halves(static_cast<const uint16_t*>(channel.values) + first, count, row);
@@ -58,7 +58,7 @@ bool load_row(const image::StripChannel& channel, size_t first, size_t count, fl
     return false;
 }
 
-NotFinite find_not_finite(const image::StripChannel& channel, size_t first, size_t count) {
+NotFinite find_not_finite(const layers::StripChannel& channel, size_t first, size_t count) {
     NotFinite found;
     for (size_t i = 0; i < count; ++i) {
         bool is_bad = false;

@@ -3,8 +3,8 @@
 
 #include "compositor/fold.h"
 #include "compositor/stack_color.h"
-#include "image/cryptomatte.h"
 #include "image/digest.h"
+#include "layers/cryptomatte.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -48,7 +48,7 @@ Energy energy(const LayerStack& stack, const std::string& layer) {
 Energy whole_energy(const LayerStack& stack) {
     if (stack.has_beauty()) return energy(stack, "rgba");
     Energy whole;
-    for (const image::LayerEntry& e : stack.header().layers) {
+    for (const accumulate::LayerEntry& e : stack.header().layers) {
         if (e.family != "plain") continue;
         const Energy row = energy(stack, e.name);
         whole.sum += row.sum;
@@ -71,14 +71,14 @@ std::optional<double> share_of(const LayerStack& stack,
 }
 
 /// Values of a layer that are not finite.
-size_t not_finite_of(const LayerStack& stack, const image::LayerEntry& layer) {
+size_t not_finite_of(const LayerStack& stack, const accumulate::LayerEntry& layer) {
     std::vector<const image::Channel*> channels;
     for (size_t c = 0; c < 4 && layer.family != "data"; ++c) {
         if (const image::Channel* channel = stack.channel(layer.name, c))
             channels.push_back(channel);
     }
     if (layer.family == "data") {
-        for (const image::ChannelPlace& at : stack.data_channels(layer.name))
+        for (const layers::ChannelPlace& at : stack.data_channels(layer.name))
             channels.push_back(&stack.image().parts[at.part].channels[at.channel]);
     }
     size_t count = 0;
@@ -99,16 +99,16 @@ std::string color_text(const LayerStack& stack) {
 /// Cryptomattes with their names.
 std::string mattes_text(const LayerStack& stack) {
     std::string text;
-    for (const image::Cryptomatte& m : image::cryptomattes_of(stack.image(), stack.path())) {
+    for (const layers::Cryptomatte& m : layers::cryptomattes_of(stack.image(), stack.path())) {
         text += fmt::format("matte      {} {} names\n", m.layer, m.names.size());
         if (!m.fault.empty()) text += fmt::format("  warning  its manifest: {}\n", m.fault);
-        for (const image::MatteName& n : m.names)
+        for (const layers::MatteName& n : m.names)
             text += fmt::format("  {:08x} {}\n", n.id, n.name);
     }
     return text;
 }
 
-bool has_share(const image::LayerEntry& e) {
+bool has_share(const accumulate::LayerEntry& e) {
     constexpr std::array families = {"matrix", "bounces", "groups", "shadow",
                                      "caster", "clamp",   "plain"};
     return std::find(families.begin(), families.end(), e.family) != families.end();
@@ -161,7 +161,7 @@ std::string origin_text(const image::Image& image) {
     std::string text;
     if (const std::string software = image.text("software"); !software.empty())
         text += fmt::format("software   {}\n", software);
-    const Json scene = parsed(image, image::scene_attribute);
+    const Json scene = parsed(image, layers::scene_attribute);
     if (!scene.empty()) {
         text += "scene     ";
         for (const char* key : {"name", "frame", "camera", "hash"}) {
@@ -169,7 +169,7 @@ std::string origin_text(const image::Image& image) {
         }
         text += "\n";
     }
-    const Json stats = parsed(image, image::stats_attribute);
+    const Json stats = parsed(image, layers::stats_attribute);
     const Json estimator = stats.value("estimator", Json::object());
     if (!estimator.empty()) {
         text += "estimator ";
@@ -177,7 +177,7 @@ std::string origin_text(const image::Image& image) {
             text += fmt::format(" {}={}", key, text_of(value));
         text += "\n";
     }
-    if (const auto effects = effects_of(parsed(image, image::plan_attribute)); !effects.empty())
+    if (const auto effects = effects_of(parsed(image, layers::plan_attribute)); !effects.empty())
         text += fmt::format("effects    {}\n", fmt::join(effects, " "));
     if (!stats.contains("ledger")) return text;
     if (stats["ledger"].empty()) text += "ledger     no approximation in force\n";
@@ -194,8 +194,8 @@ std::string origin_text(const image::Image& image) {
 
 std::string info_text(const LayerStack& stack) {
     const image::Image& image = stack.image();
-    const image::LayerHeader& header = stack.header();
-    const image::SampleInfo& s = header.samples;
+    const layers::LayerHeader& header = stack.header();
+    const layers::SampleInfo& s = header.samples;
     std::string text =
         fmt::format("picture    {}×{}", image.display.width(), image.display.height());
     if (image.data != image.display) {
@@ -224,7 +224,7 @@ std::string info_text(const LayerStack& stack) {
     }
     for (const auto& b : s.bad)
         text += fmt::format("  bad      --replay {},{},{} ({})\n", b.x, b.y, b.sample, b.reason);
-    for (const image::FamilyClosure& c : header.closure) {
+    for (const layers::FamilyClosure& c : header.closure) {
         text += fmt::format(
             "closure    {}: {} layers, {}; {:.3f} of the bound to the unrounded sums\n", c.family,
             c.order.size(), c.is_exact ? "beauty is their fold bit for bit" : "within rounding",
@@ -234,12 +234,12 @@ std::string info_text(const LayerStack& stack) {
     if (const auto columns = stack.column_names(); !columns.empty()) {
         text += fmt::format("bounces    {}\n", fmt::join(columns, " "));
     }
-    for (const image::LightGroup& g : header.lights) {
+    for (const accumulate::LightGroup& g : header.lights) {
         text += fmt::format("group      {:<21} {}{}\n", g.name, g.is_dome ? "dome " : "",
                             fmt::join(g.prims, " "));
     }
     const Energy whole = whole_energy(stack);
-    for (const image::LayerEntry& e : header.layers) {
+    for (const accumulate::LayerEntry& e : header.layers) {
         text += fmt::format("layer      {:<24} {:<11} {:<6}", e.name, e.family,
                             e.is_empty ? "black" : e.type);
         if (has_share(e)) {
@@ -256,7 +256,7 @@ std::string info_text(const LayerStack& stack) {
 
 std::string info_json(const LayerStack& stack) {
     const image::Image& image = stack.image();
-    const image::LayerHeader& header = stack.header();
+    const layers::LayerHeader& header = stack.header();
     nlohmann::ordered_json j;
     j["schema"] = "velatura.info/1";
     j["resolution"] = {image.display.width(), image.display.height()};
@@ -271,14 +271,14 @@ std::string info_json(const LayerStack& stack) {
     j["view"] = stack.view();
     j["notes"] = stack.notes();
     j["software"] = image.text("software");
-    j["scene"] = parsed(image, image::scene_attribute);
-    const Json stats = parsed(image, image::stats_attribute);
+    j["scene"] = parsed(image, layers::scene_attribute);
+    const Json stats = parsed(image, layers::stats_attribute);
     j["estimator"] = stats.value("estimator", Json::object());
     j["ledger"] = stats.value("ledger", Json::array());
-    j["effects"] = effects_of(parsed(image, image::plan_attribute));
-    j["samples"] = json_of(image, image::samples_attribute);
-    j["closure"] = json_of(image, image::closure_attribute);
-    j["lights"] = json_of(image, image::lights_attribute);
+    j["effects"] = effects_of(parsed(image, layers::plan_attribute));
+    j["samples"] = json_of(image, layers::samples_attribute);
+    j["closure"] = json_of(image, layers::closure_attribute);
+    j["lights"] = json_of(image, layers::lights_attribute);
     j["bounces"] = stack.column_names();
     j["layers"] = nlohmann::ordered_json::array();
     if (const auto color = color_of_stack(stack, {})) {
@@ -286,15 +286,15 @@ std::string info_json(const LayerStack& stack) {
             {"space", color->label}, {"from", color->reason}, {"warnings", color->warnings}};
     }
     j["mattes"] = nlohmann::ordered_json::array();
-    for (const image::Cryptomatte& m : image::cryptomattes_of(image, stack.path())) {
+    for (const layers::Cryptomatte& m : layers::cryptomattes_of(image, stack.path())) {
         nlohmann::ordered_json matte = {{"name", m.layer}, {"fault", m.fault}};
         matte["names"] = nlohmann::ordered_json::object();
-        for (const image::MatteName& n : m.names)
+        for (const layers::MatteName& n : m.names)
             matte["names"][n.name] = fmt::format("{:08x}", n.id);
         j["mattes"].push_back(std::move(matte));
     }
     const Energy whole = whole_energy(stack);
-    for (const image::LayerEntry& e : header.layers) {
+    for (const accumulate::LayerEntry& e : header.layers) {
         nlohmann::ordered_json l;
         l["name"] = e.name;
         l["family"] = e.family;

@@ -6,7 +6,7 @@
 #include "compositor/input_files.h"
 #include "compositor/layer_stack.h"
 #include "image/digest.h"
-#include "image/layer_file.h"
+#include "layers/layer_file.h"
 
 #include <fmt/format.h>
 
@@ -28,7 +28,7 @@ int info_one(const InfoOptions& o) {
     if (o.hash) {
         if (o.files.size() > 1)
             return report({"bad-output", "--hash is of one file, not of several"});
-        const auto image = image::read_layer_file(o.files[0]);
+        const auto image = layers::read_layer_file(o.files[0]);
         if (!image) return report(image.error());
         fmt::print("{}\n", image::digest_of(*image));
         return done;

@@ -54,7 +54,7 @@ size_t shared_words(const std::vector<std::vector<std::string>>& names,
 /// The colors of a file that was opened with others are those of the first.
 Result<void> check_colors(const LayerStack& stack) {
     std::optional<std::string> first;
-    for (const image::LayerEntry& entry : stack.header().layers) {
+    for (const accumulate::LayerEntry& entry : stack.header().layers) {
         const auto place = stack.place(entry.name, 0);
         if (!place || entry.family == "data") continue;
         const auto color = image::color_of(stack.image(), "", place->part);
@@ -108,13 +108,13 @@ Result<InputFile> open_input(const std::vector<std::string>& paths,
                              const std::string& view,
                              const std::string& input_space) {
     if (paths.size() == 1) {
-        auto file = image::StripReader::open(paths[0]);
+        auto file = layers::StripReader::open(paths[0]);
         if (!file) return file.error();
         auto layout = LayerStack::describe(*file, paths[0], ForeignFiles::Plain, view);
         if (!layout) return layout.error();
         return InputFile{std::move(*file), std::move(*layout)};
     }
-    auto files = image::StripReader::open_together(paths);
+    auto files = layers::StripReader::open_together(paths);
     if (!files) return files.error();
     auto layout = LayerStack::describe_together(*files, names_of_files(paths), view);
     if (!layout) return layout.error();

@@ -3,7 +3,7 @@
 
 #include "base/result.h"
 #include "compositor/layer_stack.h"
-#include "image/strip_reader.h"
+#include "layers/strip_reader.h"
 
 #include <string>
 #include <vector>
@@ -12,7 +12,7 @@ namespace velatura::compositor {
 
 /// What a mix is made of.
 struct InputFile {
-    image::StripReader file;
+    layers::StripReader file;
     LayerStack layout;  ///< without pixels
 };
 

@@ -37,7 +37,7 @@ Result<LayerStack> LayerStack::from_plain(image::Image image,
 Result<LayerStack> LayerStack::from_image(image::Image image,
                                           ForeignFiles foreign,
                                           const std::string& view) {
-    auto header = image::read_layer_header(image);
+    auto header = layers::read_layer_header(image);
     if (!header) {
         if (foreign == ForeignFiles::Refuse || header.error().code != "not-layers")
             return header.error();
@@ -51,13 +51,13 @@ Result<LayerStack> LayerStack::from_image(image::Image image,
     for (size_t p = 0; p < image.parts.size(); ++p) {
         const auto& channels = image.parts[p].channels;
         for (size_t c = 0; c < channels.size(); ++c)
-            stack.channels_.try_emplace(channels[c].name, image::ChannelPlace{p, c});
+            stack.channels_.try_emplace(channels[c].name, layers::ChannelPlace{p, c});
     }
     stack.image_ = std::move(image);
     return stack;
 }
 
-void LayerStack::note_skipped(const image::StripReader& file) {
+void LayerStack::note_skipped(const layers::StripReader& file) {
     for (const std::string& part : file.foreign_parts())
         notes_.push_back(
             fmt::format("part {} skipped: its data window is too far from the others", part));
@@ -65,7 +65,7 @@ void LayerStack::note_skipped(const image::StripReader& file) {
         notes_.push_back(fmt::format("part {} skipped: deep data are not read", part));
 }
 
-Result<LayerStack> LayerStack::describe(const image::StripReader& file,
+Result<LayerStack> LayerStack::describe(const layers::StripReader& file,
                                         const std::string& path,
                                         ForeignFiles foreign,
                                         const std::string& view) {
@@ -76,7 +76,7 @@ Result<LayerStack> LayerStack::describe(const image::StripReader& file,
     return stack;
 }
 
-Result<LayerStack> LayerStack::describe_together(const image::StripReader& files,
+Result<LayerStack> LayerStack::describe_together(const layers::StripReader& files,
                                                  const std::vector<std::string>& names,
                                                  const std::string& view) {
     PlainFiles plain{names, {}};
@@ -91,7 +91,7 @@ Result<LayerStack> LayerStack::describe_together(const image::StripReader& files
 Result<LayerStack> LayerStack::load(const std::string& path,
                                     ForeignFiles foreign,
                                     const std::string& view) {
-    const auto file = image::StripReader::open(path);
+    const auto file = layers::StripReader::open(path);
     if (!file) return file.error();
     auto image = file->read_all();
     if (!image) return image.error();
@@ -109,15 +109,15 @@ LayerStack LayerStack::with_pixels(image::Image image) && {
 
 size_t LayerStack::beauty_part() const {
     if (const auto beauty = place("rgba", 0)) return beauty->part;
-    for (const image::LayerEntry& entry : header_.layers) {
+    for (const accumulate::LayerEntry& entry : header_.layers) {
         if (const auto row = place(entry.name, 0)) return row->part;
     }
     return 0;
 }
 
-std::vector<image::ChannelPlace> LayerStack::data_channels(const std::string& layer) const {
+std::vector<layers::ChannelPlace> LayerStack::data_channels(const std::string& layer) const {
     if (const auto at = data_.find(layer); at != data_.end()) return at->second;
-    std::vector<image::ChannelPlace> places;
+    std::vector<layers::ChannelPlace> places;
     for (size_t p = 0; p < image_.parts.size(); ++p) {
         const auto& channels = image_.parts[p].channels;
         for (size_t c = 0; c < channels.size(); ++c) {
@@ -128,7 +128,7 @@ std::vector<image::ChannelPlace> LayerStack::data_channels(const std::string& la
     return places;
 }
 
-std::optional<image::ChannelPlace> LayerStack::place(const std::string& layer, size_t c) const {
+std::optional<layers::ChannelPlace> LayerStack::place(const std::string& layer, size_t c) const {
     constexpr std::array names = {"R", "G", "B", "A"};
     const std::string name = layer == "rgba" ? std::string(names[c]) : layer + "." + names[c];
     const auto at = channels_.find(name);
@@ -150,13 +150,13 @@ Result<void> LayerStack::check_stored(const std::string& layer) const {
 
 std::vector<std::string> LayerStack::group_names() const {
     std::vector<std::string> names;
-    for (const image::LightGroup& g : header_.lights) names.push_back(g.name);
+    for (const accumulate::LightGroup& g : header_.lights) names.push_back(g.name);
     return names;
 }
 
 std::vector<std::string> LayerStack::column_names() const {
     std::vector<std::string> names;
-    for (const image::LayerEntry& e : header_.layers) {
+    for (const accumulate::LayerEntry& e : header_.layers) {
         const bool has_bounces = e.family == "bounces" || e.family == "matrix";
         if (!has_bounces || std::find(names.begin(), names.end(), e.bounce) != names.end())
             continue;

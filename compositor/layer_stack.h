@@ -3,8 +3,8 @@
 
 #include "base/result.h"
 #include "image/image.h"
-#include "image/layer_header.h"
-#include "image/strip_reader.h"
+#include "layers/layer_header.h"
+#include "layers/strip_reader.h"
 
 #include <cstdint>
 #include <optional>
@@ -36,13 +36,13 @@ class LayerStack {
                                          ForeignFiles foreign = ForeignFiles::Refuse,
                                          const std::string& view = "");
     /// Without pixels: enough for plan_mix and mix_file. Errors as from_image, which name the file.
-    static Result<LayerStack> describe(const image::StripReader& file,
+    static Result<LayerStack> describe(const layers::StripReader& file,
                                        const std::string& path,
                                        ForeignFiles foreign = ForeignFiles::Refuse,
                                        const std::string& view = "");
     /// The same of files that were opened together: the beauty of each is a row by the name that
     /// stands for it. Errors: those of describe.
-    static Result<LayerStack> describe_together(const image::StripReader& files,
+    static Result<LayerStack> describe_together(const layers::StripReader& files,
                                                 const std::vector<std::string>& names,
                                                 const std::string& view = "");
 
@@ -51,7 +51,7 @@ class LayerStack {
 
     const image::Image& image() const { return image_; }
 
-    const image::LayerHeader& header() const { return header_; }
+    const layers::LayerHeader& header() const { return header_; }
 
     /// True for a file without a header of Velatura.
     bool is_plain() const { return is_plain_; }
@@ -71,13 +71,13 @@ class LayerStack {
     const std::vector<std::string>& notes() const { return notes_; }
 
     /// Channels of a layer of family "data".
-    std::vector<image::ChannelPlace> data_channels(const std::string& layer) const;
+    std::vector<layers::ChannelPlace> data_channels(const std::string& layer) const;
 
     /// Of the file; empty where it came from memory.
     const std::string& path() const { return path_; }
 
     /// R, G or B (c = 0, 1, 2) of a light layer or of `rgba`; c = 3 is the alpha of `rgba`.
-    std::optional<image::ChannelPlace> place(const std::string& layer, size_t c) const;
+    std::optional<layers::ChannelPlace> place(const std::string& layer, size_t c) const;
     /// The same; null when it is not stored.
     const image::Channel* channel(const std::string& layer, size_t c) const;
 
@@ -97,12 +97,12 @@ class LayerStack {
     static Result<LayerStack> from_plain(image::Image image,
                                          const std::string& view,
                                          const PlainFiles* files);
-    void note_skipped(const image::StripReader& file);
+    void note_skipped(const layers::StripReader& file);
 
     image::Image image_;
-    image::LayerHeader header_;
-    std::unordered_map<std::string, image::ChannelPlace> channels_;           ///< by full name
-    std::unordered_map<std::string, std::vector<image::ChannelPlace>> data_;  ///< plain files only
+    layers::LayerHeader header_;
+    std::unordered_map<std::string, layers::ChannelPlace> channels_;           ///< by full name
+    std::unordered_map<std::string, std::vector<layers::ChannelPlace>> data_;  ///< plain files only
     std::vector<std::string> views_, notes_;
     std::string view_;
     bool is_plain_ = false;

@@ -4,7 +4,7 @@
 #include "base/nearest_names.h"
 #include "compositor/controls.h"
 #include "compositor/fold.h"
-#include "image/cryptomatte.h"
+#include "layers/cryptomatte.h"
 
 #include <fmt/format.h>
 
@@ -23,12 +23,13 @@ struct Request {
     bool is_picture = false;
 };
 
-Result<Request> parse_request(std::span<const image::Cryptomatte> mattes, const std::string& text) {
+Result<Request> parse_request(std::span<const layers::Cryptomatte> mattes,
+                              const std::string& text) {
     Request request;
     request.is_inverted = text.starts_with('!');
     const std::string rest = text.substr(request.is_inverted ? 1 : 0);
     // A layer of the file as it stands, whatever its name and those of its objects hold
-    for (const image::Cryptomatte& matte : mattes) {
+    for (const layers::Cryptomatte& matte : mattes) {
         if (!rest.starts_with(matte.layer + ":") || rest.size() == matte.layer.size() + 1) continue;
         request.source = matte.layer;
         request.choice = rest.substr(matte.layer.size() + 1);
@@ -54,9 +55,9 @@ bool is_level_of(const std::string& channel, const std::string& layer) {
            channel[layer.size()] >= '0' && channel[layer.size()] <= '9';
 }
 
-std::vector<image::ChannelPlace> level_channels(const image::Image& image,
-                                                const std::string& layer) {
-    std::vector<image::ChannelPlace> places;
+std::vector<layers::ChannelPlace> level_channels(const image::Image& image,
+                                                 const std::string& layer) {
+    std::vector<layers::ChannelPlace> places;
     for (size_t p = 0; p < image.parts.size(); ++p) {
         for (size_t c = 0; c < image.parts[p].channels.size(); ++c) {
             const image::Channel& channel = image.parts[p].channels[c];
@@ -69,8 +70,8 @@ std::vector<image::ChannelPlace> level_channels(const image::Image& image,
 
 /// A strip as an image of its own.
 image::Image strip_image(const image::Image& of,
-                         const std::vector<image::ChannelPlace>& places,
-                         const image::Strip& strip) {
+                         const std::vector<layers::ChannelPlace>& places,
+                         const layers::Strip& strip) {
     image::Image image;
     image.data = of.data;
     image.data.y0 = strip.y0;
@@ -87,38 +88,38 @@ image::Image strip_image(const image::Image& of,
 }
 
 /// A name as it stands, or several patterns.
-std::vector<std::string> patterns_of(const image::Cryptomatte& matte, const std::string& choice) {
+std::vector<std::string> patterns_of(const layers::Cryptomatte& matte, const std::string& choice) {
     const bool is_name = std::any_of(matte.names.begin(), matte.names.end(),
-                                     [&](const image::MatteName& n) { return n.name == choice; });
+                                     [&](const layers::MatteName& n) { return n.name == choice; });
     return is_name ? std::vector<std::string>{choice} : split_at_commas(choice);
 }
 
 Result<std::vector<float>> cut_cryptomatte(const LayerStack& stack,
-                                           const image::StripReader* file,
-                                           std::span<const image::Cryptomatte> mattes,
+                                           const layers::StripReader* file,
+                                           std::span<const layers::Cryptomatte> mattes,
                                            const Request& request,
                                            size_t strip_bytes,
                                            std::vector<std::string>& notes) {
     const image::Image& image = stack.image();
-    const auto found = image::find_matte(mattes, request.source);
+    const auto found = layers::find_matte(mattes, request.source);
     if (!found) return found.error();
-    const image::Cryptomatte& matte = **found;
+    const layers::Cryptomatte& matte = **found;
     if (!matte.fault.empty())
         notes.push_back(fmt::format("the manifest of {}: {}{}", matte.layer, matte.fault,
                                     matte.names.empty() ? "; names count by their hash" : ""));
-    const auto ids = image::matte_ids(matte, patterns_of(matte, request.choice));
+    const auto ids = layers::matte_ids(matte, patterns_of(matte, request.choice));
     if (!ids) return ids.error();
     const auto places = level_channels(image, matte.layer);
-    if (places.empty()) return image::no_ids(image, matte.layer);
+    if (places.empty()) return layers::no_ids(image, matte.layer);
     if (image.parts[places[0].part].is_lossy)
         notes.push_back(fmt::format(
             "{} is stored with lossy compression, which changes ids: mattes of it have holes",
             matte.layer));
 
     std::vector<float> values(image.data.pixel_count());
-    const auto cut = [&](const image::Strip& strip) {
+    const auto cut = [&](const layers::Strip& strip) {
         const auto part =
-            image::matte_coverage(strip_image(image, places, strip), matte.layer, *ids);
+            layers::matte_coverage(strip_image(image, places, strip), matte.layer, *ids);
         if (!part) return;
         std::copy(part->begin(), part->end(),
                   values.begin() + std::ptrdiff_t(image.data.index(image.data.x0, strip.y0)));
@@ -126,7 +127,7 @@ Result<std::vector<float>> cut_cryptomatte(const LayerStack& stack,
     if (file) {
         if (auto done = file->read(places, cut, strip_bytes); !done) return done.error();
     } else {
-        image::for_each_strip(image, places, cut);
+        layers::for_each_strip(image, places, cut);
     }
     if (std::all_of(values.begin(), values.end(), [](float v) { return v == 0.0f; }))
         notes.push_back(fmt::format("no pixel of {} shows \"{}\": the matte is empty", matte.layer,
@@ -137,11 +138,11 @@ Result<std::vector<float>> cut_cryptomatte(const LayerStack& stack,
 Result<std::vector<float>> read_picture(const LayerStack& stack,
                                         const Request& request,
                                         size_t strip_bytes) {
-    const auto file = image::StripReader::open(request.source);
+    const auto file = layers::StripReader::open(request.source);
     if (!file) return file.error();
     const image::Image& picture = file->description();
     std::vector<std::string> names;
-    std::vector<image::ChannelPlace> places;
+    std::vector<layers::ChannelPlace> places;
     for (size_t p = 0; p < picture.parts.size(); ++p) {
         for (size_t c = 0; c < picture.parts[p].channels.size(); ++c) {
             names.push_back(picture.parts[p].channels[c].name);
@@ -163,7 +164,7 @@ Result<std::vector<float>> read_picture(const LayerStack& stack,
                         b.x0, b.y0)};
     }
     std::vector<float> values(b.pixel_count());
-    const auto take = [&](const image::Strip& strip) {
+    const auto take = [&](const layers::Strip& strip) {
         load_row(strip.channels[0], 0, size_t(strip.y1 - strip.y0) * size_t(b.width()),
                  values.data() + b.index(b.x0, strip.y0));
     };
@@ -175,11 +176,11 @@ Result<std::vector<float>> read_picture(const LayerStack& stack,
 }  // namespace
 
 Result<Matte> load_matte(const LayerStack& stack,
-                         const image::StripReader* file,
+                         const layers::StripReader* file,
                          const std::string& text,
                          size_t strip_bytes) {
-    const std::vector<image::Cryptomatte> mattes =
-        image::cryptomattes_of(stack.image(), stack.path());
+    const std::vector<layers::Cryptomatte> mattes =
+        layers::cryptomattes_of(stack.image(), stack.path());
     const auto request = parse_request(mattes, text);
     if (!request) return request.error();
     std::vector<std::string> notes;

@@ -20,7 +20,7 @@ struct Matte {
 };
 
 /// Reads what `--matte` names: `LAYER:PATTERN,PATTERN …` cuts a Cryptomatte of the file
-/// (image/cryptomatte.h; LAYER may be `object` or `material`; a comma within a name is `\,` unless
+/// (layers/cryptomatte.h; LAYER may be `object` or `material`; a comma within a name is `\,` unless
 /// the name is all there is), `FILE.exr:CHANNEL` takes a channel
 /// of a picture over the same pixels; `!` before either turns it inside out. Values are clamped to
 /// [0, 1]; those that are not finite count as 0. `file` is needed where the stack has no pixels.
@@ -28,7 +28,7 @@ struct Matte {
 /// Errors: "bad-matte" (usage), "matte-layer", "matte-name", "matte-channel", "matte-window",
 /// "io-open", "io-read".
 Result<Matte> load_matte(const LayerStack& stack,
-                         const image::StripReader* file,
+                         const layers::StripReader* file,
                          const std::string& text,
                          size_t strip_bytes = size_t(1) << 30);
 

@@ -2,8 +2,8 @@
 #include "compositor/merge.h"
 
 #include "compositor/layer_stack.h"
-#include "image/layer_header.h"
-#include "image/sums_part.h"
+#include "layers/layer_header.h"
+#include "layers/sums_part.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -17,9 +17,9 @@ namespace {
 
 struct Input {
     std::string path;
-    image::SampleInfo samples;
-    image::FileInfo info;
-    image::SampleSums sums;
+    layers::SampleInfo samples;
+    layers::FileInfo info;
+    accumulate::SampleSums sums;
 };
 
 Error refused(const std::string& why) {
@@ -29,14 +29,14 @@ Error refused(const std::string& why) {
 Result<Input> read_input(const std::string& path) {
     const auto stack = LayerStack::load(path);
     if (!stack) return stack.error();
-    auto sums = image::read_sums(stack->image());
+    auto sums = layers::read_sums(stack->image());
     if (!sums && sums.error().code == "no-sums") {
         return refused(
             fmt::format("{} holds no sums to merge; render its part with --samples A:B", path));
     }
     if (!sums) return refused(fmt::format("{}: {}", path, sums.error().message));
     return Input{path, stack->header().samples,
-                 image::file_info_of(stack->image(), stack->header()), std::move(*sums)};
+                 layers::file_info_of(stack->image(), stack->header()), std::move(*sums)};
 }
 
 /// ": --max-depth 4 and 8, halves true and false" of what two objects hold, as JSON pointers
@@ -81,8 +81,8 @@ std::string mismatch(const Input& a, const Input& b) {
         return fmt::format("{} and {} {}", a.path, b.path, what);
     };
     if (a.samples.scene_hash != b.samples.scene_hash) {
-        const image::DifferentLayers layers =
-            image::different_layers(a.info.scene_json, b.info.scene_json);
+        const layers::DifferentLayers layers =
+            layers::different_layers(a.info.scene_json, b.info.scene_json);
         if (!layers.a.empty())
             return differ(fmt::format("show different scenes: {} in the first, {} in the second",
                                       layers.a, layers.b));
@@ -114,8 +114,8 @@ std::string range_fault(const Input& a, const Input& b) {
     const image::Window& w = a.sums.window();
     for (int y = w.y0; y < w.y1; ++y) {
         for (int x = w.x0; x < w.x1; ++x) {
-            const image::PixelRecord& ra = a.sums.record(x, y);
-            const image::PixelRecord& rb = b.sums.record(x, y);
+            const accumulate::PixelRecord& ra = a.sums.record(x, y);
+            const accumulate::PixelRecord& rb = b.sums.record(x, y);
             if (ra.end == rb.first || rb.first == rb.end) continue;
             return fmt::format("{}: pixel {},{} has samples {}:{} in {} and {}:{} in {}",
                                rb.first < ra.end ? "overlap" : "gap", x, y, ra.first, ra.end,
@@ -140,9 +140,9 @@ std::string merged_stats(const std::vector<Input>& inputs) {
 
 }  // namespace
 
-Result<image::WriteReport> merge_files(std::vector<std::string> paths,
-                                       const std::string& output,
-                                       bool keep_sums) {
+Result<layers::WriteReport> merge_files(std::vector<std::string> paths,
+                                        const std::string& output,
+                                        bool keep_sums) {
     std::vector<Input> inputs;
     for (const std::string& path : paths) {
         auto input = read_input(path);
@@ -159,7 +159,7 @@ Result<image::WriteReport> merge_files(std::vector<std::string> paths,
         if (std::string why = range_fault(inputs[i - 1], inputs[i]); !why.empty())
             return refused(why);
     }
-    image::FileInfo info = inputs[0].info;
+    layers::FileInfo info = inputs[0].info;
     info.stats_json = merged_stats(inputs);
     info.store_sums = keep_sums;
     for (size_t i = 1; i < inputs.size(); ++i) {
@@ -175,7 +175,7 @@ Result<image::WriteReport> merge_files(std::vector<std::string> paths,
         return std::tie(a.sample, a.y, a.x) < std::tie(b.sample, b.y, b.x);
     });
     if (info.bad_samples.size() > 16) info.bad_samples.resize(16);
-    return image::write_layer_file(output, inputs[0].sums, info);
+    return layers::write_layer_file(output, inputs[0].sums, info);
 }
 
 }  // namespace velatura::compositor

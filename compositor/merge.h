@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/result.h"
-#include "image/layer_file.h"
+#include "layers/layer_file.h"
 
 #include <string>
 #include <vector>
@@ -13,8 +13,8 @@ namespace velatura::compositor {
 /// the samples writes, bit for bit in every pixel. `keep_sums` leaves the exact sums in, for
 /// further merges. Errors: "merge-refused" (exit 5: no sums, other scene, settings, seed, layers or
 /// window, overlap, gap), those of reading and of image::write_layer_file.
-Result<image::WriteReport> merge_files(std::vector<std::string> inputs,
-                                       const std::string& output,
-                                       bool keep_sums);
+Result<layers::WriteReport> merge_files(std::vector<std::string> inputs,
+                                        const std::string& output,
+                                        bool keep_sums);
 
 }  // namespace velatura::compositor

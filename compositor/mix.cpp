@@ -47,21 +47,21 @@ class Mixer {
           image::ChannelType type);
 
     /// What strips must hold.
-    std::span<const image::ChannelPlace> channels() const { return channels_; }
+    std::span<const layers::ChannelPlace> channels() const { return channels_; }
 
-    void fold(const image::Strip& strip);
+    void fold(const layers::Strip& strip);
     image::Image picture(const Look& look);
     void list_not_finite(std::vector<NotFiniteLayer>& out) const;
 
   private:
     std::optional<size_t> request(const std::string& layer, size_t c);
     void add_step(size_t term, size_t c, float gain);
-    void fold_row(const image::Strip& strip, size_t row, Rows& rows);
-    void load(const image::Strip& strip, size_t channel, size_t row, size_t step, float* values);
+    void fold_row(const layers::Strip& strip, size_t row, Rows& rows);
+    void load(const layers::Strip& strip, size_t channel, size_t row, size_t step, float* values);
     void give_back(const Step& step, size_t pixel, Rows& rows) const;
     void apply_mattes(const Step& step, size_t pixel, Rows& rows) const;
     void note_not_finite(const std::string& layer,
-                         const image::StripChannel& channel,
+                         const layers::StripChannel& channel,
                          size_t first,
                          size_t pixel);
 
@@ -70,9 +70,9 @@ class Mixer {
     const image::ChannelType type_;
     const bool with_layers_;
     std::vector<MixPlan::Term> terms_;
-    std::vector<image::ChannelPlace> channels_;  ///< each once
-    std::vector<std::string> channel_layers_;    ///< per channel, for messages
-    std::vector<size_t> channel_steps_;          ///< the first that loads it, which tells of it
+    std::vector<layers::ChannelPlace> channels_;  ///< each once
+    std::vector<std::string> channel_layers_;     ///< per channel, for messages
+    std::vector<size_t> channel_steps_;           ///< the first that loads it, which tells of it
     std::vector<Step> steps_;
     std::optional<size_t> alpha_;
     std::array<std::vector<float>, 3> fold_;
@@ -125,7 +125,7 @@ void Mixer::add_step(size_t term, size_t c, float gain) {
 }
 
 void Mixer::note_not_finite(const std::string& layer,
-                            const image::StripChannel& channel,
+                            const layers::StripChannel& channel,
                             size_t first,
                             size_t pixel) {
     const auto width = size_t(layout_.image().data.width());
@@ -137,7 +137,7 @@ void Mixer::note_not_finite(const std::string& layer,
 }
 
 void Mixer::load(
-    const image::Strip& strip, size_t channel, size_t row, size_t step, float* values) {
+    const layers::Strip& strip, size_t channel, size_t row, size_t step, float* values) {
     const image::Window& window = layout_.image().data;
     const auto width = size_t(window.width());
     const bool has_bad = load_row(strip.channels[channel], row * width, width, values);
@@ -159,7 +159,7 @@ void Mixer::apply_mattes(const Step& step, size_t pixel, Rows& rows) const {
         rows.values[i] *= plan_.matte_factor(term, step.c, pixel + i);
 }
 
-void Mixer::fold_row(const image::Strip& strip, size_t row, Rows& rows) {
+void Mixer::fold_row(const layers::Strip& strip, size_t row, Rows& rows) {
     const image::Window& window = layout_.image().data;
     const size_t width = rows.values.size();
     const size_t pixel = (size_t(strip.y0 - window.y0) + row) * width;
@@ -187,7 +187,7 @@ void Mixer::fold_row(const image::Strip& strip, size_t row, Rows& rows) {
     if (alpha_) load(strip, *alpha_, row, channel_steps_[*alpha_], alpha_values_.data() + pixel);
 }
 
-void Mixer::fold(const image::Strip& strip) {
+void Mixer::fold(const layers::Strip& strip) {
     Rows rows(size_t(layout_.image().data.width()));
     for (size_t row = 0; row < size_t(strip.y1 - strip.y0); ++row) fold_row(strip, row, rows);
 }
@@ -241,7 +241,7 @@ image::Image Mixer::picture(const Look& look) {
         return type_ == image::ChannelType::Half ? as_half(channel) : channel;
     };
     rgba.attributes =
-        image::carried_attributes(layout_.image().parts[layout_.beauty_part()].attributes);
+        layers::carried_attributes(layout_.image().parts[layout_.beauty_part()].attributes);
     if (!layout_.view().empty()) rgba.attributes["view"] = layout_.view();
     layers.name = plan_.family;
     for (size_t c = 0; c < 3; ++c)
@@ -249,7 +249,7 @@ image::Image Mixer::picture(const Look& look) {
     if (alpha_) rgba.channels.push_back(as_stored("A", std::move(alpha_values_)));
     out.parts.push_back(std::move(rgba));
 
-    image::FamilyClosure closure;
+    layers::FamilyClosure closure;
     closure.family = plan_.family;
     closure.is_exact = true;
     for (size_t s = 0; s < gained_.size(); ++s) {
@@ -260,12 +260,12 @@ image::Image Mixer::picture(const Look& look) {
     }
     if (!layers.channels.empty()) out.parts.push_back(std::move(layers));
 
-    image::ResolvedLayers resolved;
+    layers::ResolvedLayers resolved;
     std::vector<std::string> stored = {"rgba"};
     stored.insert(stored.end(), closure.order.begin(), closure.order.end());
     for (const std::string& name : stored) {
-        const image::LayerEntry* described = layout_.header().find(name);
-        image::LayerEntry entry = described ? *described : image::LayerEntry{};
+        const accumulate::LayerEntry* described = layout_.header().find(name);
+        accumulate::LayerEntry entry = described ? *described : accumulate::LayerEntry{};
         entry.name = name;
         if (!described) entry.family = "beauty";
         entry.type = name == "rgba" && type_ == image::ChannelType::Half ? "half" : "float";
@@ -275,12 +275,12 @@ image::Image Mixer::picture(const Look& look) {
         entry.digest = digest_of_layer(out, name);
         resolved.layers.push_back(std::move(entry));
     }
-    image::set_bound(closure, closure.order.size(), false);
+    layers::set_bound(closure, closure.order.size(), false);
     if (!closure.order.empty()) resolved.closure.push_back(std::move(closure));
-    image::LayerSet set;
+    accumulate::LayerSet set;
     set.groups = layout_.header().lights;
-    image::write_layer_header(out, resolved, set, layout_.header().samples,
-                              image::file_info_of(layout_.image(), layout_.header()));
+    layers::write_layer_header(out, resolved, set, layout_.header().samples,
+                               layers::file_info_of(layout_.image(), layout_.header()));
     out.attributes["velatura/mix"] = look_to_json(look);
     return out;
 }
@@ -348,13 +348,13 @@ image::Image apply_mix(const LayerStack& stack,
                        std::vector<NotFiniteLayer>* not_finite,
                        image::ChannelType type) {
     Mixer mixer(stack, plan, look, with_layers, type);
-    image::for_each_strip(stack.image(), mixer.channels(),
-                          [&](const image::Strip& strip) { mixer.fold(strip); });
+    layers::for_each_strip(stack.image(), mixer.channels(),
+                           [&](const layers::Strip& strip) { mixer.fold(strip); });
     if (not_finite) mixer.list_not_finite(*not_finite);
     return mixer.picture(look);
 }
 
-Result<image::Image> mix_file(const image::StripReader& file,
+Result<image::Image> mix_file(const layers::StripReader& file,
                               const LayerStack& layout,
                               const MixPlan& plan,
                               const Look& look,
@@ -364,7 +364,7 @@ Result<image::Image> mix_file(const image::StripReader& file,
                               image::ChannelType type) {
     Mixer mixer(layout, plan, look, with_layers, type);
     const auto done = file.read(
-        mixer.channels(), [&](const image::Strip& strip) { mixer.fold(strip); }, strip_bytes);
+        mixer.channels(), [&](const layers::Strip& strip) { mixer.fold(strip); }, strip_bytes);
     if (!done) return done.error();
     if (not_finite) mixer.list_not_finite(*not_finite);
     return mixer.picture(look);

@@ -36,7 +36,7 @@ image::Image apply_mix(const LayerStack& stack,
 /// The same bits from a file whose pixels are read strip by strip, by several readers: only the
 /// parts and channels that the mix needs. `layout` is the file's, without pixels. Memory: the mixed
 /// picture and strips of at most `strip_bytes`, however many layers there are. Errors: "io-read".
-Result<image::Image> mix_file(const image::StripReader& file,
+Result<image::Image> mix_file(const layers::StripReader& file,
                               const LayerStack& layout,
                               const MixPlan& plan,
                               const Look& look,

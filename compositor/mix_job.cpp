@@ -8,7 +8,7 @@
 #include "compositor/mix.h"
 #include "compositor/mix_plan.h"
 #include "compositor/picture_name.h"
-#include "image/layer_file.h"
+#include "layers/layer_file.h"
 
 #include <fmt/format.h>
 
@@ -119,7 +119,7 @@ Result<std::vector<std::string>> mix_one(const MixJob& job,
     std::vector<std::string> warnings;
     const auto opened = open_input(inputs, job.view, job.look.input_space);
     if (!opened) return opened.error();
-    const image::StripReader& file = opened->file;
+    const layers::StripReader& file = opened->file;
     const LayerStack& layout = opened->layout;
     const std::string input = inputs.size() == 1
                                   ? inputs[0]
@@ -160,7 +160,7 @@ Result<std::vector<std::string>> mix_one(const MixJob& job,
 
     std::vector<std::string> of_display;
     const auto written = is_linear
-                             ? image::write_image_file(output, *mixed, job.storage.compression)
+                             ? layers::write_image_file(output, *mixed, job.storage.compression)
                              : write_display(output, *mixed, look, job.storage, &of_display);
     if (!written) return written.error();
     for (const std::string& warning : of_display) {

@@ -54,15 +54,16 @@ class Planner {
     Result<void> learn_color();
     Result<void> apply_controls();
     Result<void> choose_family();
-    Result<void> add_family(const image::FamilyClosure& family);
+    Result<void> add_family(const layers::FamilyClosure& family);
     void add_plain_terms();
     Result<void> add_shadows();
-    Result<void> add_shadow(const image::LayerEntry& entry, const std::vector<MattedShare>& lifts);
+    Result<void> add_shadow(const accumulate::LayerEntry& entry,
+                            const std::vector<MattedShare>& lifts);
     bool is_uniform_along(bool groups) const;
     double largest_gain(const Term& term) const;
     Result<void> check_gains() const;
     Error not_stored() const;
-    const image::LayerEntry* clamp_of(const std::string& layer) const;
+    const accumulate::LayerEntry* clamp_of(const std::string& layer) const;
 
     CellGain& cell(size_t column, size_t group) {
         return cells_[column * rows_.group_count() + group];
@@ -72,7 +73,7 @@ class Planner {
         return cells_[column * rows_.group_count() + group];
     }
 
-    const CellGain& cell(const image::LayerEntry& entry) const {
+    const CellGain& cell(const accumulate::LayerEntry& entry) const {
         return cell(rows_.column_of(entry.bounce), rows_.group_of(entry.group));
     }
 
@@ -256,15 +257,16 @@ Error Planner::not_stored() const {
                         what, layers)};
 }
 
-const image::LayerEntry* Planner::clamp_of(const std::string& layer) const {
+const accumulate::LayerEntry* Planner::clamp_of(const std::string& layer) const {
     const auto& layers = stack_.header().layers;
-    const auto at = std::find_if(layers.begin(), layers.end(), [&](const image::LayerEntry& e) {
-        return e.family == "clamp" && e.of == layer && !e.is_empty;
-    });
+    const auto at =
+        std::find_if(layers.begin(), layers.end(), [&](const accumulate::LayerEntry& e) {
+            return e.family == "clamp" && e.of == layer && !e.is_empty;
+        });
     return at == layers.end() ? nullptr : &*at;
 }
 
-Result<void> Planner::add_family(const image::FamilyClosure& family) {
+Result<void> Planner::add_family(const layers::FamilyClosure& family) {
     plan_.family = family.family;
     const std::set<std::string> stored(family.order.begin(), family.order.end());
     for (const std::string& layer : family.order) {
@@ -273,11 +275,11 @@ Result<void> Planner::add_family(const image::FamilyClosure& family) {
                          fmt::format("layer {} is not in velatura/layers", layer)};
         if (auto is_there = stack_.check_stored(layer); !is_there) return is_there;
     }
-    const auto add = [&](const image::LayerEntry& entry) -> Result<void> {
+    const auto add = [&](const accumulate::LayerEntry& entry) -> Result<void> {
         const CellGain& gains = cell(entry);
         Term term{entry.name, gains.gain};
         term.matted_gains = gains.mattes;
-        const image::LayerEntry* clamp = gains.clamp.empty() ? nullptr : clamp_of(entry.name);
+        const accumulate::LayerEntry* clamp = gains.clamp.empty() ? nullptr : clamp_of(entry.name);
         if (clamp) {
             if (auto is_there = stack_.check_stored(clamp->name); !is_there) return is_there;
             term.clamp_layer = clamp->name;
@@ -293,7 +295,7 @@ Result<void> Planner::add_family(const image::FamilyClosure& family) {
     if (!gives_back_) return {};
     // The order of the header holds the black layers too
     plan_.terms.clear();
-    for (const image::LayerEntry& entry : stack_.header().layers) {
+    for (const accumulate::LayerEntry& entry : stack_.header().layers) {
         if (entry.family != family.family) continue;
         if (auto added = add(entry); !added) return added;
     }
@@ -304,7 +306,7 @@ void Planner::add_plain_terms() {
     plan_.family = "plain";
     if (!stack_.has_beauty()) {
         // The beauty is the sum of the rows, in the order of the file
-        for (const image::LayerEntry& entry : stack_.header().layers) {
+        for (const accumulate::LayerEntry& entry : stack_.header().layers) {
             if (entry.family == "plain")
                 plan_.terms.push_back({entry.name, cell(entry).gain, cell(entry).mattes});
         }
@@ -313,7 +315,7 @@ void Planner::add_plain_terms() {
     // beauty = rest + rows, so a mix is rest's gain on the beauty, and what rows differ from it
     const CellGain& rest = cells_.back();
     plan_.terms.push_back({"rgba", rest.gain, rest.mattes});
-    for (const image::LayerEntry& entry : stack_.header().layers) {
+    for (const accumulate::LayerEntry& entry : stack_.header().layers) {
         if (entry.family != "plain") continue;
         const CellGain& row = cell(entry);
         if (row == rest) continue;
@@ -335,7 +337,7 @@ Result<void> Planner::choose_family() {
         add_plain_terms();
         return {};
     }
-    for (const image::FamilyClosure& family : stack_.header().closure) {
+    for (const layers::FamilyClosure& family : stack_.header().closure) {
         const bool can_express = family.family == "matrix" ||
                                  (family.family == "bounces" && is_uniform_along(true)) ||
                                  (family.family == "groups" && is_uniform_along(false));
@@ -351,7 +353,7 @@ Result<void> Planner::choose_family() {
     return stack_.check_stored("rgba");
 }
 
-Result<void> Planner::add_shadow(const image::LayerEntry& entry,
+Result<void> Planner::add_shadow(const accumulate::LayerEntry& entry,
                                  const std::vector<MattedShare>& lifts) {
     const bool is_lifted = std::any_of(lifts.begin(), lifts.end(),
                                        [](const MattedShare& l) { return l.share != 0.0f; });
@@ -375,7 +377,7 @@ Result<void> Planner::add_shadows() {
                                            [](const MattedShare& l) { return l.share != 0.0f; });
         if (!is_lifted) continue;
         const std::string layer = "S_" + rows_.group_name(g);
-        const image::LayerEntry* entry = stack_.header().find(layer);
+        const accumulate::LayerEntry* entry = stack_.header().find(layer);
         if (!entry || entry->family != "shadow") {
             return Error{
                 "mix-not-stored",
@@ -384,7 +386,7 @@ Result<void> Planner::add_shadows() {
                     "shadow",
                     layer)};
         }
-        image::LayerEntry of_group = *entry;
+        accumulate::LayerEntry of_group = *entry;
         of_group.group = rows_.group_name(g);
         if (auto added = add_shadow(of_group, lifts_[g]); !added) return added;
     }
@@ -476,7 +478,7 @@ Result<MixPlan> plan_gains(const LayerStack& stack, const Look& look, bool is_br
 
 Result<MixPlan> plan_mix(const LayerStack& stack,
                          const Look& look,
-                         const image::StripReader* file,
+                         const layers::StripReader* file,
                          size_t strip_bytes) {
     auto plan = plan_gains(stack, look);
     if (!plan) return plan;

@@ -70,7 +70,7 @@ bool has_mattes(const MixPlan::Term& term);
 /// multiply to more than largest_factor), those of load_matte.
 Result<MixPlan> plan_mix(const LayerStack& stack,
                          const Look& look,
-                         const image::StripReader* file = nullptr,
+                         const layers::StripReader* file = nullptr,
                          size_t strip_bytes = size_t(1) << 30);
 
 /// The plan without the values of its mattes. `is_brief`: an unknown name is told without the list

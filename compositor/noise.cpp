@@ -51,8 +51,8 @@ std::vector<float> variance_shares(const LayerStack& stack) {
     return shares;
 }
 
-image::NoisyPicture noisy_picture(const MixError& mix) {
-    image::NoisyPicture picture;
+statistics::NoisyPicture noisy_picture(const MixError& mix) {
+    statistics::NoisyPicture picture;
     for (size_t c = 0; c < 3; ++c) {
         picture[c].mean = mix.mean[c];
         picture[c].variance.resize(mix.mean[c].size());
@@ -78,10 +78,10 @@ Row& row_named(std::vector<Row>& rows, const std::string& name) {
 /// Rows by one of the names of a layer.
 std::vector<Row> rows_by(const LayerStack& stack,
                          const MixPlan& plan,
-                         std::string image::LayerEntry::*name) {
+                         std::string accumulate::LayerEntry::*name) {
     std::vector<Row> rows;
     for (const Term& term : plan.terms) {
-        const image::LayerEntry* entry = stack.header().find(term.layer);
+        const accumulate::LayerEntry* entry = stack.header().find(term.layer);
         if (entry && !(entry->*name).empty()) row_named(rows, entry->*name).terms.push_back(term);
     }
     return rows;
@@ -121,8 +121,8 @@ Result<void> add_rows(const LayerStack& stack,
             for (size_t i = pixels.first; i < pixels.end; ++i) {
                 const double product =
                     double(mix.difference[c][i]) * double(part->difference[c][i]);
-                sum +=
-                    image::relative_square(product * double(mix.share[i]), double(mix.base[c][i]));
+                sum += statistics::relative_square(product * double(mix.share[i]),
+                                                   double(mix.base[c][i]));
             }
         }
         const auto at = std::find_if(sums.begin(), sums.end(),
@@ -154,7 +154,7 @@ class ControlledMix {
         const auto between = [factor](float at_0, float at_1) {
             return double(at_0) + factor * (double(at_1) - double(at_0));
         };
-        image::NoisyPicture picture;
+        statistics::NoisyPicture picture;
         const size_t pixels = at_0_.share.size();
         for (size_t c = 0; c < 3; ++c) {
             picture[c].mean.resize(pixels);
@@ -165,7 +165,7 @@ class ControlledMix {
                 picture[c].mean[i] = float(between(at_0_.mean[c][i], at_1_.mean[c][i]));
             }
         }
-        return image::picture_error(window_.width(), window_.height(), picture).value;
+        return statistics::picture_error(window_.width(), window_.height(), picture).value;
     }
 
     /// The largest factor up to `most` with at most that error, within a thousandth. More light may
@@ -255,19 +255,19 @@ Result<MixError> add_up(const LayerStack& stack, const MixPlan& plan, const Look
             if (auto added = add(term.clamp_layer, share); !added) return added.error();
         }
         for (size_t i = 0; i < pixels; ++i)
-            rounding_sum +=
-                image::relative_square(rounding[i] * double(out.share[i]), double(out.mean[c][i]));
+            rounding_sum += statistics::relative_square(rounding[i] * double(out.share[i]),
+                                                        double(out.mean[c][i]));
     }
     out.storage = std::sqrt(rounding_sum / (3.0 * double(std::max<size_t>(pixels, 1))));
     return out;
 }
 
 /// Sets what errors of the mix are relative to. Returns: all of that.
-std::array<image::ErrorBases, 3> set_base(const LayerStack& stack,
-                                          const image::NoisyPicture& picture,
-                                          MixError& mix) {
+std::array<statistics::ErrorBases, 3> set_base(const LayerStack& stack,
+                                               const statistics::NoisyPicture& picture,
+                                               MixError& mix) {
     const image::Window& window = stack.image().data;
-    auto bases = image::error_bases(window.width(), window.height(), picture);
+    auto bases = statistics::error_bases(window.width(), window.height(), picture);
     for (size_t c = 0; c < 3; ++c) mix.base[c] = bases[c].likely;
     return bases;
 }
@@ -290,8 +290,8 @@ Result<MixError> NoiseSum::add(
     if (!rendered) return rendered;
     if (!mix) return mix;
     const int width = strip.image().data.width();
-    const auto add = [&](MixError& error, image::PictureErrorSum& sum) {
-        const image::NoisyPicture picture = noisy_picture(error);
+    const auto add = [&](MixError& error, statistics::PictureErrorSum& sum) {
+        const statistics::NoisyPicture picture = noisy_picture(error);
         sum.add(width, top, first, end, picture, set_base(strip, picture, error));
     };
     add(*rendered, rendered_);
@@ -301,9 +301,9 @@ Result<MixError> NoiseSum::add(
     for (size_t c = 0; c < 3; ++c)
         for (size_t i = pixels.first; i < pixels.end; ++i) squares_ += mix->relative_square(c, i);
     for (const auto& added :
-         {add_rows(strip, look, plan, *mix, rows_by(strip, plan, &image::LayerEntry::group), pixels,
-                   groups_),
-          add_rows(strip, look, plan, *mix, rows_by(strip, plan, &image::LayerEntry::bounce),
+         {add_rows(strip, look, plan, *mix, rows_by(strip, plan, &accumulate::LayerEntry::group),
+                   pixels, groups_),
+          add_rows(strip, look, plan, *mix, rows_by(strip, plan, &accumulate::LayerEntry::bounce),
                    pixels, bounces_),
           add_rows(strip, look, plan, *mix, shadow_rows(plan), pixels, shadows_)}) {
         if (!added) return added.error();

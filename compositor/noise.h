@@ -5,8 +5,8 @@
 #include "compositor/controls.h"
 #include "compositor/layer_stack.h"
 #include "compositor/mix.h"
-#include "image/picture_error.h"
-#include "image/relative_error.h"
+#include "statistics/picture_error.h"
+#include "statistics/relative_error.h"
 
 #include <array>
 #include <optional>
@@ -33,7 +33,7 @@ struct MixError {
     }
 
     double relative_square(size_t channel, size_t pixel) const {
-        return image::relative_square(variance(channel, pixel), double(base[channel][pixel]));
+        return statistics::relative_square(variance(channel, pixel), double(base[channel][pixel]));
     }
 };
 
@@ -60,8 +60,8 @@ struct NoiseAdvice {
 };
 
 struct NoiseForecast {
-    image::RelativeError rendered;  ///< with every gain at 1
-    image::RelativeError mix;
+    statistics::RelativeError rendered;  ///< with every gain at 1
+    statistics::RelativeError mix;
     MixError error;  ///< of the mix, pixel by pixel
     /// The largest share first. Those of groups and shadows add up to 1, those of bounces and
     /// shadows as well; empty where the family does not tell them apart.
@@ -82,9 +82,9 @@ class NoiseSum {
                          int first,
                          int end);
 
-    image::RelativeError rendered() const { return rendered_.result(); }
+    statistics::RelativeError rendered() const { return rendered_.result(); }
 
-    image::RelativeError mix() const { return mix_.result(); }
+    statistics::RelativeError mix() const { return mix_.result(); }
 
     /// As in NoiseForecast.
     std::vector<RowNoise> groups() const { return shares_of(groups_); }
@@ -96,7 +96,7 @@ class NoiseSum {
   private:
     std::vector<RowNoise> shares_of(std::vector<RowNoise> sums) const;
 
-    image::PictureErrorSum rendered_, mix_;
+    statistics::PictureErrorSum rendered_, mix_;
     double squares_ = 0;                                ///< of the mix
     std::vector<RowNoise> groups_, bounces_, shadows_;  ///< what they have of squares_
 };

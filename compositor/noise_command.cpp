@@ -7,7 +7,7 @@
 #include "compositor/look_command_options.h"
 #include "compositor/noise_report.h"
 #include "compositor/picture_name.h"
-#include "image/layer_file.h"
+#include "layers/layer_file.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -46,7 +46,7 @@ std::string text_of(const ControlCap& cap) {
 
 /// Per pixel, in the mean.
 double mean_samples(const LayerStack& stack) {
-    const image::SampleInfo& s = stack.header().samples;
+    const layers::SampleInfo& s = stack.header().samples;
     const image::Channel* counts = stack.image().find("sampleCount");
     if (!counts || counts->size() == 0) return double(s.end - s.first);
     double sum = 0;
@@ -75,7 +75,7 @@ void print_text(const NoiseForecast& f,
     fmt::print("{}", shares_text(f));
 }
 
-nlohmann::ordered_json json_of(const image::RelativeError& error) {
+nlohmann::ordered_json json_of(const statistics::RelativeError& error) {
     return {{"value", error.value},
             {"low", error.low},
             {"high", error.high},
@@ -123,7 +123,7 @@ Result<void> write_map(const std::string& path,
                        const NoiseForecast& forecast) {
     const image::Image errors = error_image(stack, forecast.error);
     if (is_display_picture(path)) return write_error_picture(path, errors, forecast.mix.value);
-    return image::write_image_file(path, errors);
+    return layers::write_image_file(path, errors);
 }
 
 /// Of one file; `frame` is that of a sequence.

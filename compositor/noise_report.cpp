@@ -66,7 +66,7 @@ std::string percent(double value) {
     return fmt::format("{:.3g} %", 100 * value);
 }
 
-std::string interval(const image::RelativeError& error) {
+std::string interval(const statistics::RelativeError& error) {
     if (error.is_lower)
         return fmt::format(
             "> {} (rare bright samples: a lower bound; {} pixel{} half of the squared error)",

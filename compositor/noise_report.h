@@ -26,7 +26,7 @@ Result<double> parse_target(const std::string& text);
 Result<double> render_seconds(const std::string& path);
 
 std::string percent(double value);
-std::string interval(const image::RelativeError& error);
+std::string interval(const statistics::RelativeError& error);
 
 /// Shares of the squared error by group, by bounce and by lifted shadow, a line each.
 std::string shares_text(const NoiseForecast& forecast);

@@ -20,7 +20,7 @@ namespace velatura::compositor {
 
 namespace {
 
-using image::ChannelPlace;
+using layers::ChannelPlace;
 
 constexpr std::array rgba_suffixes = {"R", "G", "B", "A"};
 
@@ -198,10 +198,10 @@ class Builder {
     }
 
   private:
-    image::LayerEntry& add_entry(const NamedLayer& layer,
-                                 const std::string& name,
-                                 const char* family) {
-        image::LayerEntry entry;
+    accumulate::LayerEntry& add_entry(const NamedLayer& layer,
+                                      const std::string& name,
+                                      const char* family) {
+        accumulate::LayerEntry entry;
         entry.name = name;
         entry.family = family;
         entry.type = type_of(image_, layer.all);

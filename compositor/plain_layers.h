@@ -2,8 +2,8 @@
 #pragma once
 
 #include "base/result.h"
-#include "image/layer_header.h"
-#include "image/strip_reader.h"
+#include "layers/layer_header.h"
+#include "layers/strip_reader.h"
 
 #include <optional>
 #include <span>
@@ -17,10 +17,10 @@ namespace velatura::compositor {
 /// the beauty, `rest` is what is left of the beauty without them. Layers of data (pass_names.h) and
 /// integers make no rows.
 struct PlainLayers {
-    image::LayerHeader header;  ///< rows as groups, layers of family "plain" or "data", no closure
+    layers::LayerHeader header;  ///< rows as groups, layers of family "plain" or "data", no closure
     /// `R` … `A` of the beauty, `row.R` …; without a beauty `A` is that of the first row.
-    std::unordered_map<std::string, image::ChannelPlace> channels;
-    std::unordered_map<std::string, std::vector<image::ChannelPlace>> data;  ///< by layer
+    std::unordered_map<std::string, layers::ChannelPlace> channels;
+    std::unordered_map<std::string, std::vector<layers::ChannelPlace>> data;  ///< by layer
     std::vector<std::string> views;  ///< none where the file has only one
     std::string view;                ///< that of the layers
     std::vector<std::string> notes;  ///< choices that a person may want to know of

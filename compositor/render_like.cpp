@@ -129,7 +129,7 @@ std::string long_name(const std::string& name) {
 std::vector<RenderOption> render_options_like(const LayerStack& stack,
                                               const std::optional<std::array<double, 4>>& crop) {
     const image::Image& image = stack.image();
-    const image::SampleInfo& samples = stack.header().samples;
+    const layers::SampleInfo& samples = stack.header().samples;
     const int width = image.display.width(), height = image.display.height();
     std::vector<RenderOption> out = {{"--res", {std::to_string(width), std::to_string(height)}}};
     const auto add_crop = [&](const std::array<double, 4>& c) {
@@ -148,12 +148,12 @@ std::vector<RenderOption> render_options_like(const LayerStack& stack,
     out.push_back({"--seed", {std::to_string((samples.seed ^ 0x5eed) & 0x7fffffff)}});
     out.push_back({"--spp", {std::to_string(samples.end - samples.first)}});
     out.push_back({"--lights", {light_policy(stack)}});
-    const std::string camera = text_of(json_of(stack, image::scene_attribute), "camera");
+    const std::string camera = text_of(json_of(stack, layers::scene_attribute), "camera");
     if (camera.starts_with("/")) out.push_back({"--camera", {camera}});
     if (const auto frame = frame_of(image))
         out.push_back({"--frames", {fmt::format("{}", *frame)}});
-    const nlohmann::json stats = json_of(stack, image::stats_attribute);
-    const nlohmann::json settings = member(json_of(stack, image::settings_attribute), "settings");
+    const nlohmann::json stats = json_of(stack, layers::stats_attribute);
+    const nlohmann::json settings = member(json_of(stack, layers::settings_attribute), "settings");
     if (settings.empty()) add_ledger(stats, out);
     add_settings(settings, out);
     add_estimator(stats, out);

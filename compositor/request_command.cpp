@@ -5,8 +5,8 @@
 #include "compositor/look_command_options.h"
 #include "compositor/noise_report.h"
 #include "compositor/top_up.h"
-#include "image/layer_file.h"
-#include "image/sums_part.h"
+#include "layers/layer_file.h"
+#include "layers/sums_part.h"
 
 #include <fmt/format.h>
 
@@ -76,9 +76,9 @@ int run_request(const RequestOptions& o) {
     const auto stack = LayerStack::load(*input);
     if (!stack) return report(stack.error());
     const Look look = o.look.fitted(*stack, *asked);
-    const auto sums = image::read_sums_image(*input);
+    const auto sums = layers::read_sums_image(*input);
     if (!sums) return report(sums.error());
-    const auto counts = image::stored_counts(*sums);
+    const auto counts = layers::stored_counts(*sums);
     if (!counts)
         return report({counts.error().code, fmt::format("{}: {}; render with --keep-sums, so that "
                                                         "--resume can go on from it",
@@ -87,7 +87,7 @@ int run_request(const RequestOptions& o) {
     if (!wish) return report(wish.error());
     const auto plan = plan_top_up(*stack, *counts, look, *wish);
     if (!plan) return report(plan.error());
-    if (const auto written = image::write_top_up(o.output, plan->request); !written)
+    if (const auto written = layers::write_top_up(o.output, plan->request); !written)
         return report(written.error());
     print_plan(*plan);
     return done;

@@ -189,7 +189,7 @@ Result<std::vector<std::string>> RowNames::caster_layers(const std::string& targ
     if (!selected) return selected.error();
     std::vector<std::string> layers;
     std::set<std::string> casters;
-    for (const image::LayerEntry& entry : stack_.header().layers) {
+    for (const accumulate::LayerEntry& entry : stack_.header().layers) {
         if (entry.family != "caster") continue;
         casters.insert(entry.caster);
         if (entry.caster == caster && (*selected)[group_of(entry.group)])

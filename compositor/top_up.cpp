@@ -22,7 +22,7 @@ std::vector<double> squares_of(const MixError& mix, const std::array<std::vector
     std::vector<double> squares(mix.share.size());
     for (size_t i = 0; i < squares.size(); ++i)
         for (size_t c = 0; c < 3; ++c)
-            squares[i] += image::relative_square(mix.variance(c, i), double(base[c][i])) / 3;
+            squares[i] += statistics::relative_square(mix.variance(c, i), double(base[c][i])) / 3;
     return squares;
 }
 
@@ -40,7 +40,7 @@ class Outlook {
 
     /// √relMSE with `samples` per pixel in the mean.
     double error_at(double samples) const {
-        const auto placed = image::place_samples(window_, priority_, counts_, samples);
+        const auto placed = layers::place_samples(window_, priority_, counts_, samples);
         double sum = 0;
         for (size_t i = 0; i < squares_.size(); ++i) {
             if (placed[i] > 0) sum += squares_[i] * double(counts_[i]) / double(placed[i]);
@@ -76,7 +76,7 @@ std::vector<float> top_up_priority(const image::Window& window,
                                    const MixError& mix,
                                    const std::vector<uint64_t>& counts) {
     const int width = window.width(), height = window.height();
-    constexpr int reach = image::top_up_reach;
+    constexpr int reach = layers::top_up_reach;
     // Relative to each pixel's own mean. MixError::base depends on the pixels around: by that, a
     // pixel's own samples would decide on its priority, which biases its mean
     std::vector<double> errors = squares_of(mix, mix.mean);
@@ -111,8 +111,8 @@ Result<TopUpPlan> plan_top_up(const LayerStack& stack,
     TopUpPlan plan;
     plan.forecast = std::move(*forecast);
     plan.samples_now = mean_of(counts);
-    image::TopUpRequest& request = plan.request;
-    const image::SampleInfo& samples = stack.header().samples;
+    layers::TopUpRequest& request = plan.request;
+    const layers::SampleInfo& samples = stack.header().samples;
     request.scene_hash = samples.scene_hash;
     request.settings_hash = samples.settings_hash;
     request.look_json = look_to_json(look);

@@ -4,7 +4,7 @@
 #include "base/result.h"
 #include "compositor/layer_stack.h"
 #include "compositor/noise.h"
-#include "image/top_up.h"
+#include "layers/top_up.h"
 
 #include <cstdint>
 #include <optional>
@@ -26,7 +26,7 @@ struct TopUpPlan {
     double error_after = 0;  ///< √relMSE of the mix with the request's samples
     double samples_evenly =
         0;  ///< what every pixel's samples grow to for that error without a request
-    image::TopUpRequest request;
+    layers::TopUpRequest request;
 };
 
 /// The priority of every pixel: root of the mean, over its neighbours up to image::top_up_reach

@@ -3,7 +3,7 @@
 #include "compositor/commands.h"
 #include "compositor/frame_runs.h"
 #include "compositor/layer_stack.h"
-#include "image/layer_check.h"
+#include "layers/layer_check.h"
 
 #include <fmt/format.h>
 
@@ -27,13 +27,13 @@ int verify_one(const VerifyOptions& o) {
         // A file that opens but whose header or pixels are broken has failed the check
         return stack.error().code == "io-open" ? code : int(check_failed);
     }
-    const image::LayerCheck check = image::check_layers(stack->image(), stack->header());
+    const layers::LayerCheck check = layers::check_layers(stack->image(), stack->header());
     for (const std::string& problem : check.problems)
         report({"verify-failed", fmt::format("{}: {}", o.file, problem)});
     if (!check.is_good()) return check_failed;
     if (o.quiet) return done;
     fmt::print("{}: {} layers, {} channels\n", o.file, check.layers, check.channels);
-    for (const image::FamilyClosure& c : check.closure) {
+    for (const layers::FamilyClosure& c : check.closure) {
         fmt::print("  {}: {} layers add up to the beauty {}\n", c.family, c.order.size(),
                    c.is_exact ? std::string("bit for bit")
                               : fmt::format("within rounding ({:.3f} of the bound)", c.measured));

@@ -6,7 +6,7 @@
 #include "compositor/frame_runs.h"
 #include "compositor/picture_name.h"
 #include "image/formats.h"
-#include "image/layer_file.h"
+#include "layers/layer_file.h"
 
 #include <memory>
 #include <string>
@@ -22,7 +22,7 @@ struct ViewOptions {
 };
 
 int view_one(const ViewOptions& o) {
-    const auto image = image::read_layer_file(o.input);
+    const auto image = layers::read_layer_file(o.input);
     if (!image) return report(image.error());
     std::vector<std::string> warnings;
     const auto sheet = contact_sheet(*image, o.sheet, &warnings);

@@ -21,14 +21,14 @@ constexpr size_t smallest_pixels = 20'000;
 /// Of a picture, stored or not: 65,536 tiles.
 constexpr size_t most_pixels = size_t(1) << 32;
 
-bool is_mixed(const image::LayerEntry& entry) {
+bool is_mixed(const accumulate::LayerEntry& entry) {
     return entry.family != "halves" && entry.family != "data" && !entry.is_empty;
 }
 
 /// Full names of the channels that mixes add up, or that can be looked at.
 std::set<std::string> used_channels(const LayerStack& stack) {
     std::set<std::string> names;
-    for (const image::LayerEntry& entry : stack.header().layers) {
+    for (const accumulate::LayerEntry& entry : stack.header().layers) {
         for (size_t c = 0; c < 3 && is_mixed(entry); ++c) {
             if (const image::Channel* channel = stack.channel(entry.name, c))
                 names.insert(channel->name);

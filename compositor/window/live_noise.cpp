@@ -71,7 +71,7 @@ void LiveNoise::begin() {
 }
 
 void LiveNoise::advance(const LayerStack& stack, const MixPlan& plan, const Look& look) {
-    constexpr int radius = image::Neighbourhood::radius;
+    constexpr int radius = statistics::Neighbourhood::radius;
     const image::Window& window = stack.image().data;
     const int first = int(scattered(done_, parts_)) * rows_,
               end = std::min(first + rows_, window.height());

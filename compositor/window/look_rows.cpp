@@ -66,7 +66,7 @@ void set_switch(Look& look, Kind kind, const RowTarget& target, bool is_on) {
 /// True if a layer of the family holds something.
 bool has_light_of(const LayerStack& stack, const std::string& family, const std::string& group) {
     const auto& layers = stack.header().layers;
-    return std::any_of(layers.begin(), layers.end(), [&](const image::LayerEntry& e) {
+    return std::any_of(layers.begin(), layers.end(), [&](const accumulate::LayerEntry& e) {
         return e.family == family && !e.is_empty && (group.empty() || e.group == group);
     });
 }
@@ -99,12 +99,12 @@ MixerRows mixer_rows(const LayerStack& stack) {
         rows.columns = columns;
     }
     for (const std::string& group : groups) {
-        const image::LayerEntry* entry = stack.header().find("S_" + group);
+        const accumulate::LayerEntry* entry = stack.header().find("S_" + group);
         if (entry && !entry->is_empty) rows.shadows.push_back(group);
         if (has_light_of(stack, "clamp", group)) rows.clamps.push_back(group);
     }
     if (has_light_of(stack, "clamp", "")) rows.clamps.insert(rows.clamps.begin(), "all");
-    for (const image::LayerEntry& entry : stack.header().layers) {
+    for (const accumulate::LayerEntry& entry : stack.header().layers) {
         if (entry.family == "caster" && !entry.is_empty)
             rows.casters.push_back(entry.group + ":" + entry.caster);
     }

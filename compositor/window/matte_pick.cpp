@@ -33,8 +33,8 @@ std::string PickedObject::text() const {
 }
 
 MattePicker::MattePicker(const LayerStack& stack)
-    : mattes_(image::cryptomattes_of(stack.image(), stack.path())) {
-    for (const image::Cryptomatte& matte : mattes_) {
+    : mattes_(layers::cryptomattes_of(stack.image(), stack.path())) {
+    for (const layers::Cryptomatte& matte : mattes_) {
         if (rank_channel(stack.image(), matte.layer, 0, 0)) layers_.push_back(matte.layer);
     }
 }
@@ -47,7 +47,7 @@ std::vector<PickedObject> MattePicker::at(const LayerStack& stack,
     const image::Image& image = stack.image();
     const int fx = x + image.display.x0, fy = y + image.display.y0;
     const auto matte = std::find_if(mattes_.begin(), mattes_.end(),
-                                    [&](const image::Cryptomatte& m) { return m.layer == layer; });
+                                    [&](const layers::Cryptomatte& m) { return m.layer == layer; });
     if (matte == mattes_.end() || !image.data.contains(fx, fy)) return objects;
     const size_t pixel = image.data.index(fx, fy);
     for (size_t rank = 0;; ++rank) {
@@ -58,7 +58,7 @@ std::vector<PickedObject> MattePicker::at(const LayerStack& stack,
         const float coverage = shares->value(pixel);
         if (id == 0 || !(coverage > 0)) continue;
         const auto named = std::find_if(matte->names.begin(), matte->names.end(),
-                                        [&](const image::MatteName& n) { return n.id == id; });
+                                        [&](const layers::MatteName& n) { return n.id == id; });
         objects.push_back(
             {layer, named == matte->names.end() ? std::string() : named->name, id, coverage});
     }

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "compositor/layer_stack.h"
-#include "image/cryptomatte.h"
+#include "layers/cryptomatte.h"
 
 #include <cstdint>
 #include <span>
@@ -38,7 +38,7 @@ class MattePicker {
                                  int y) const;
 
   private:
-    std::vector<image::Cryptomatte> mattes_;
+    std::vector<layers::Cryptomatte> mattes_;
     std::vector<std::string> layers_;
 };
 

@@ -17,7 +17,7 @@ constexpr float slider_stops = 6;
 
 /// What a row stands for, in a word or two.
 std::string row_note(const LayerStack& stack, const std::string& target) {
-    for (const image::LightGroup& light : stack.header().lights) {
+    for (const accumulate::LightGroup& light : stack.header().lights) {
         if (light.name != target) continue;
         std::string note;
         for (const std::string& prim : light.prims) note += (note.empty() ? "" : "\n") + prim;

@@ -8,8 +8,8 @@
 #include "compositor/export.h"
 #include "compositor/mix.h"
 #include "compositor/top_up.h"
-#include "image/layer_file.h"
-#include "image/sums_part.h"
+#include "layers/layer_file.h"
+#include "layers/sums_part.h"
 
 #include <fmt/format.h>
 
@@ -27,7 +27,7 @@ Result<std::string> write_picture(const OutputSource& source, const std::string&
     const PictureTask& task = *source.task;
     const image::Image mixed = apply_mix(source.levels->stack(0), *task.plans[0], task.look, false);
     if (path.ends_with(".exr")) {
-        const auto written = image::write_image_file(path, mixed);
+        const auto written = layers::write_image_file(path, mixed);
         if (!written) return written.error();
         return std::string();
     }
@@ -67,16 +67,16 @@ Result<std::string> write_bake(const OutputSource& source, const std::string& pa
 
 Result<std::string> write_request(const OutputSource& source, const std::string& path) {
     if (!path.ends_with(".json")) return Error{"bad-output", path + " is not .json"};
-    const auto sums = image::read_sums_image(source.layers);
+    const auto sums = layers::read_sums_image(source.layers);
     if (!sums) return sums.error();
-    const auto counts = image::stored_counts(*sums);
+    const auto counts = layers::stored_counts(*sums);
     if (!counts)
         return Error{counts.error().code, fmt::format("{}: {}; render with --keep-sums",
                                                       source.layers, counts.error().message)};
     // As `plan` without a target: the error of the render as it is
     const auto plan = plan_top_up(source.levels->stack(0), *counts, source.task->look, {});
     if (!plan) return plan.error();
-    if (const auto written = image::write_top_up(path, plan->request); !written)
+    if (const auto written = layers::write_top_up(path, plan->request); !written)
         return written.error();
     return fmt::format("{:.4g} samples per pixel for an error of {:.3g} % (now {:.4g})",
                        plan->request.samples, 100 * plan->error_after, plan->samples_now);

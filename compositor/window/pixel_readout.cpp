@@ -19,7 +19,7 @@ float value_at(const image::Image& image, const image::Channel* channel, int x, 
 
 std::vector<float> data_values(const LayerStack& stack, const std::string& name, int x, int y) {
     std::vector<float> values;
-    for (const image::ChannelPlace& place : stack.data_channels(name)) {
+    for (const layers::ChannelPlace& place : stack.data_channels(name)) {
         const image::Channel& channel = stack.image().parts[place.part].channels[place.channel];
         values.push_back(value_at(stack.image(), &channel, x, y));
     }
@@ -99,7 +99,7 @@ PixelReadout read_pixel(
     Reader reader(stack, plan, out);
     for (const MixPlan::Term& term : plan.terms) reader.add_term(term, exposure);
     for (const MixPlan::Term& term : plan.shadow_terms) reader.add_term(term, exposure);
-    for (const image::LayerEntry& entry : stack.header().layers) {
+    for (const accumulate::LayerEntry& entry : stack.header().layers) {
         if (entry.family == "data") {
             reader.add_data(entry.name);
         } else if (entry.family != "halves" && !entry.is_empty) {

@@ -7,7 +7,7 @@
 #include "compositor/stack_color.h"
 #include "compositor/window/folder_list.h"
 #include "compositor/window/names_shown.h"
-#include "image/layer_file.h"
+#include "layers/layer_file.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

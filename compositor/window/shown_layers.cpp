@@ -52,7 +52,7 @@ Belonging belonging_of(const image::Part& part, const std::string& channel) {
 }
 
 bool is_half_image(const LayerStack& stack, const std::string& layer) {
-    const image::LayerEntry* entry = stack.header().find(layer);
+    const accumulate::LayerEntry* entry = stack.header().find(layer);
     return entry && entry->family == "halves";
 }
 

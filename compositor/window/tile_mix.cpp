@@ -11,7 +11,7 @@ namespace velatura::compositor::window {
 
 namespace {
 
-image::StripChannel strip_of(const image::Channel& channel) {
+layers::StripChannel strip_of(const image::Channel& channel) {
     return {channel.type(), channel.bytes()};
 }
 

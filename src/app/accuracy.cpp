@@ -3,8 +3,8 @@
 
 #include "app/exit_codes.h"
 #include "app/progress.h"
-#include "image/block_errors.h"
-#include "image/picture_change.h"
+#include "statistics/block_errors.h"
+#include "statistics/picture_change.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -14,7 +14,7 @@
 
 namespace velatura::app {
 
-using integrator::ErrorForecast;
+using statistics::ErrorForecast;
 using json = nlohmann::ordered_json;
 
 namespace {
@@ -53,7 +53,7 @@ std::optional<PictureError> picture_error(const RenderJob& job, const film::Film
 std::optional<PictureError> picture_error(const RenderJob& job,
                                           const film::Film& film,
                                           const film::NoiseEstimate& noise,
-                                          const integrator::ErrorCurve& curve) {
+                                          const statistics::ErrorCurve& curve) {
     // What velatura-comp noise says of the file
     if (job.settings.schedule.has_independent_halves && noise.is_known)
         return PictureError{.error = noise.error,
@@ -62,8 +62,9 @@ std::optional<PictureError> picture_error(const RenderJob& job,
         return PictureError{curve.error_at(noise.samples_mean),
                             job.settings.schedule.has_dependent_changes, curve.is_lower()};
     if (!noise.is_known) return std::nullopt;
-    integrator::ErrorCurve last;
-    if (const std::optional<image::RelativeError> change = image::picture_change(film.sums()))
+    statistics::ErrorCurve last;
+    if (const std::optional<statistics::RelativeError> change =
+            statistics::picture_change(film.sums()))
         last.add({noise.samples_min, noise.samples_max, noise.samples_mean, 0, *change});
     // The first strata of a pixel are no picture of their own
     if (!last.is_empty()) return picture_error(job, film, noise, last);
@@ -127,15 +128,15 @@ json error_json(const std::optional<PictureError>& error) {
     return j;
 }
 
-json blocks_json(const film::Film& film, const integrator::ErrorCurve& curve) {
-    auto blocks = image::block_errors(film.sums(), curve.slope().value);
+json blocks_json(const film::Film& film, const statistics::ErrorCurve& curve) {
+    auto blocks = statistics::block_errors(film.sums(), curve.slope().value);
     if (!blocks) return nullptr;
     std::sort(blocks->begin(), blocks->end(),
-              [](const image::BlockError& a, const image::BlockError& b) {
+              [](const statistics::BlockError& a, const statistics::BlockError& b) {
                   return a.relative() > b.relative();
               });
     double all = 0, so_far = 0, uncertain = 0;
-    for (const image::BlockError& b : *blocks) {
+    for (const statistics::BlockError& b : *blocks) {
         all += b.relative() * b.relative();
         uncertain += b.is_uncertain();
     }
@@ -145,12 +146,12 @@ json blocks_json(const film::Film& film, const integrator::ErrorCurve& curve) {
         ++half;
     }
     const auto count = double(blocks->size());
-    json j = {{"size", image::BlockError::size},
+    json j = {{"size", statistics::BlockError::size},
               {"half_of_error_in", double(half) / count},
               {"uncertain", uncertain / count},
               {"worst", json::array()}};
     for (size_t i = 0; i < std::min<size_t>(5, blocks->size()); ++i) {
-        const image::BlockError& b = (*blocks)[i];
+        const statistics::BlockError& b = (*blocks)[i];
         json low = json::array(), high = json::array();
         for (size_t c = 0; c < 3; ++c) {
             low.push_back(b.mean[c] - b.quantile(c) * b.error[c]);
@@ -167,9 +168,9 @@ json blocks_json(const film::Film& film, const integrator::ErrorCurve& curve) {
     return j;
 }
 
-json layer_noise_json(const std::vector<image::LayerNoise>& layers, double picture_error) {
+json layer_noise_json(const std::vector<statistics::LayerNoise>& layers, double picture_error) {
     json j = json::array();
-    for (const image::LayerNoise& layer : layers) {
+    for (const statistics::LayerNoise& layer : layers) {
         json one = {{"name", layer.layer}, {"error", layer.error}};
         if (picture_error > 0)
             one["share"] = layer.error * layer.error / (picture_error * picture_error);
@@ -178,9 +179,9 @@ json layer_noise_json(const std::vector<image::LayerNoise>& layers, double pictu
     return j;
 }
 
-json error_curve_json(const integrator::ErrorCurve& curve) {
+json error_curve_json(const statistics::ErrorCurve& curve) {
     json j = json::array();
-    for (const integrator::ErrorPoint& p : curve.points())
+    for (const statistics::ErrorPoint& p : curve.points())
         j.push_back({{"spp", p.samples_mean},
                      {"time_s", p.time_s},
                      {"error", p.error.value},
@@ -189,9 +190,9 @@ json error_curve_json(const integrator::ErrorCurve& curve) {
     return j;
 }
 
-json observations_json(const integrator::ErrorCurve& curve) {
+json observations_json(const statistics::ErrorCurve& curve) {
     json j = json::array();
-    for (const integrator::ErrorObservation& o : curve.observations())
+    for (const statistics::ErrorObservation& o : curve.observations())
         j.push_back({{"min", o.samples_min},
                      {"max", o.samples_max},
                      {"mean", o.samples_mean},
@@ -203,8 +204,8 @@ json observations_json(const integrator::ErrorCurve& curve) {
     return j;
 }
 
-std::optional<integrator::ErrorCurve> curve_of(const json& observations) {
-    integrator::ErrorCurve curve;
+std::optional<statistics::ErrorCurve> curve_of(const json& observations) {
+    statistics::ErrorCurve curve;
     if (!observations.is_array()) return std::nullopt;
     double last_mean = 0;
     for (const json& j : observations) {
@@ -230,8 +231,8 @@ std::optional<integrator::ErrorCurve> curve_of(const json& observations) {
     return curve;
 }
 
-json slope_json(const integrator::ErrorCurve& curve) {
-    const integrator::ErrorSlope slope = curve.slope();
+json slope_json(const statistics::ErrorCurve& curve) {
+    const statistics::ErrorSlope slope = curve.slope();
     return {{"value", -slope.value}, {"deviation", slope.deviation}};
 }
 
@@ -255,7 +256,7 @@ double wanted_error(const RenderJob& job) {
                                                     : job.settings.schedule.target_error;
 }
 
-std::string forecast_text(const integrator::ErrorCurve& curve, double samples_mean, double target) {
+std::string forecast_text(const statistics::ErrorCurve& curve, double samples_mean, double target) {
     const ErrorForecast f = curve.forecast(target);
     const std::string reached =
         fmt::format("{} spp reached {}{}", rounded(samples_mean),
@@ -270,7 +271,7 @@ std::string forecast_text(const integrator::ErrorCurve& curve, double samples_me
             reached);
     if (f.kind == ErrorForecast::Kind::TooFar)
         return fmt::format("{}; {} needs more than {:g} times that, further than can be forecast",
-                           reached, percent(target), integrator::ErrorCurve::farthest);
+                           reached, percent(target), statistics::ErrorCurve::farthest);
     // Of what is a lower bound the intervals are of no use
     if (f.is_lower)
         return fmt::format("{}; {} needs {} spp or more, {}", reached, percent(target),

@@ -3,8 +3,8 @@
 
 #include "app/render_frame.h"
 #include "film/film.h"
-#include "integrator/error_curve.h"
 #include "integrator/schedule.h"
+#include "statistics/error_curve.h"
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -16,7 +16,7 @@ namespace velatura::app {
 
 /// The relative standard error of the picture.
 struct PictureError {
-    image::RelativeError error;
+    statistics::RelativeError error;
     bool is_upper = false;  ///< it is no more than that: the halves make up for each other's errors
     bool is_lower = false;  ///< it is no less than that: integrator::ErrorCurve::is_lower
 };
@@ -26,7 +26,7 @@ struct PictureError {
 std::optional<PictureError> picture_error(const RenderJob& job,
                                           const film::Film& film,
                                           const film::NoiseEstimate& noise,
-                                          const integrator::ErrorCurve& curve);
+                                          const statistics::ErrorCurve& curve);
 
 /// From the film alone, which is what any run of the render says: from how its pixels changed at
 /// last or, of parts that do not begin with the first sample, from its halves.
@@ -55,36 +55,36 @@ nlohmann::ordered_json error_json(const std::optional<PictureError>& error);
 /// Where the error is: of blocks of 8×8 pixels, the share of those that hold half of it, the share
 /// of those whose error hangs on a pixel or two, and the five worst with their intervals. Null
 /// where it is not known.
-nlohmann::ordered_json blocks_json(const film::Film& film, const integrator::ErrorCurve& curve);
+nlohmann::ordered_json blocks_json(const film::Film& film, const statistics::ErrorCurve& curve);
 
 /// [{name, error, share}]: of each light layer, in units of the picture's error, and its square
 /// over that of the picture.
-nlohmann::ordered_json layer_noise_json(const std::vector<image::LayerNoise>& layers,
+nlohmann::ordered_json layer_noise_json(const std::vector<statistics::LayerNoise>& layers,
                                         double picture_error);
 
 /// [{spp, time_s, error, low, high}] and the slope of the errors.
-nlohmann::ordered_json error_curve_json(const integrator::ErrorCurve& curve);
-nlohmann::ordered_json slope_json(const integrator::ErrorCurve& curve);
+nlohmann::ordered_json error_curve_json(const statistics::ErrorCurve& curve);
+nlohmann::ordered_json slope_json(const statistics::ErrorCurve& curve);
 
 /// What the curve was made from but for the times, for another run that goes on: [{min, max, mean,
 /// change, low, high, half_in, is_lower}].
-nlohmann::ordered_json observations_json(const integrator::ErrorCurve& curve);
+nlohmann::ordered_json observations_json(const statistics::ErrorCurve& curve);
 
 /// Nothing where that is no such list.
-std::optional<integrator::ErrorCurve> curve_of(const nlohmann::ordered_json& observations);
+std::optional<statistics::ErrorCurve> curve_of(const nlohmann::ordered_json& observations);
 
 /// target, state: reached, forecast, too-far or rare-light, is_lower; a forecast's spp and time_s
 /// with their 95 % intervals.
-nlohmann::ordered_json forecast_json(const integrator::ErrorForecast& forecast);
+nlohmann::ordered_json forecast_json(const statistics::ErrorForecast& forecast);
 
 /// The error that a render aims at or is asked about; 0 = none.
 double wanted_error(const RenderJob& job);
 
 /// "512 spp reached 1.42 %; 1 % needs about 1050 spp (980 to 1130), 83 min 00 s (77 to 89 min)"; of
 /// a picture of so many samples.
-std::string forecast_text(const integrator::ErrorCurve& curve, double samples_mean, double target);
+std::string forecast_text(const statistics::ErrorCurve& curve, double samples_mean, double target);
 
 /// "1 % at 1050 spp, 83 min 00 s"; what the progress line has room for.
-std::string short_forecast(const integrator::ErrorForecast& forecast);
+std::string short_forecast(const statistics::ErrorForecast& forecast);
 
 }  // namespace velatura::app

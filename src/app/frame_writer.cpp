@@ -52,7 +52,7 @@ std::string stats_json(const RenderJob& job,
 
 /// Where a render is to stop follows from the curve: one that goes on must not have to find it
 /// again. Without a target no file is to depend on how samples came.
-nlohmann::ordered_json kept_curve(const RenderJob& job, const integrator::ErrorCurve& curve) {
+nlohmann::ordered_json kept_curve(const RenderJob& job, const statistics::ErrorCurve& curve) {
     return job.settings.schedule.target_error > 0 ? observations_json(curve)
                                                   : nlohmann::ordered_json::array();
 }
@@ -71,9 +71,9 @@ std::string name_of(const std::string& path) {
 
 }  // namespace
 
-image::FileInfo FrameWriter::file_info(const integrator::ErrorCurve& curve,
-                                       const std::vector<scene::Effect>& broken) const {
-    image::FileInfo info = renderer_.file_info();
+layers::FileInfo FrameWriter::file_info(const statistics::ErrorCurve& curve,
+                                        const std::vector<scene::Effect>& broken) const {
+    layers::FileInfo info = renderer_.file_info();
     info.layout = job_.layout;
     info.compression = job_.compression;
     info.store_sums = is_finished_ ? keeps_final_sums(job_) : keeps_sums(job_);
@@ -89,17 +89,17 @@ image::FileInfo FrameWriter::file_info(const integrator::ErrorCurve& curve,
     return info;
 }
 
-Result<image::WriteReport> FrameWriter::write_once(const integrator::ErrorCurve& curve,
-                                                   const std::vector<scene::Effect>& broken) const {
+Result<layers::WriteReport> FrameWriter::write_once(
+    const statistics::ErrorCurve& curve, const std::vector<scene::Effect>& broken) const {
     return renderer_.film().write(input_.output, file_info(curve, broken));
 }
 
-Result<image::WriteReport> FrameWriter::write(const integrator::ErrorCurve& curve,
-                                              const std::vector<scene::Effect>& broken) {
+Result<layers::WriteReport> FrameWriter::write(const statistics::ErrorCurve& curve,
+                                               const std::vector<scene::Effect>& broken) {
     if (!memory_.has_plenty_to_write()) image::use_one_exr_thread();
     MemoryLimit::enforce(writing);
     try {
-        Result<image::WriteReport> written = write_once(curve, broken);
+        Result<layers::WriteReport> written = write_once(curve, broken);
         // OpenEXR's threads leave rows out that they have no memory for
         if (written || !MemoryLimit::is_set() || written.error().code != "verify-failed")
             return written;
@@ -111,8 +111,8 @@ Result<image::WriteReport> FrameWriter::write(const integrator::ErrorCurve& curv
     return write_once(curve, broken);
 }
 
-Result<image::WriteReport> FrameWriter::write_interim(const integrator::ErrorCurve& curve) {
-    const auto written = [&]() -> Result<image::WriteReport> {
+Result<layers::WriteReport> FrameWriter::write_interim(const statistics::ErrorCurve& curve) {
+    const auto written = [&]() -> Result<layers::WriteReport> {
         try {
             return write(curve, {});
         } catch (const std::bad_alloc&) {
@@ -123,15 +123,15 @@ Result<image::WriteReport> FrameWriter::write_interim(const integrator::ErrorCur
     return written;
 }
 
-std::string FrameWriter::rescue(const integrator::ErrorCurve& curve,
+std::string FrameWriter::rescue(const statistics::ErrorCurve& curve,
                                 const std::vector<scene::Effect>& broken) const {
     std::error_code failed;
     const std::filesystem::path folder = std::filesystem::temp_directory_path(failed);
     const std::string path =
         (folder / fmt::format("velatura-{}-{}", ::getpid(), name_of(input_.output))).string();
-    image::FileInfo info = file_info(curve, broken);
-    info.layout = image::Layout::MultiPart;
-    const Result<image::WriteReport> written =
+    layers::FileInfo info = file_info(curve, broken);
+    info.layout = layers::Layout::MultiPart;
+    const Result<layers::WriteReport> written =
         failed ? Error{"io-write", failed.message()} : renderer_.film().write(path, info);
     if (!written) return fmt::format("nor can it be put elsewhere: {}", written.error().message);
     return fmt::format(
@@ -139,8 +139,8 @@ std::string FrameWriter::rescue(const integrator::ErrorCurve& curve,
         info.store_sums ? ", which --resume goes on from once it is in its place" : "");
 }
 
-void FrameWriter::write_snapshot(const integrator::ErrorCurve& curve, Diagnostics& diagnostics) {
-    const Result<image::WriteReport> written = write_interim(curve);
+void FrameWriter::write_snapshot(const statistics::ErrorCurve& curve, Diagnostics& diagnostics) {
+    const Result<layers::WriteReport> written = write_interim(curve);
     if (!written)
         diagnostics.warn(
             "snapshot", {}, {},
@@ -148,12 +148,12 @@ void FrameWriter::write_snapshot(const integrator::ErrorCurve& curve, Diagnostic
                         written.error().message));
 }
 
-std::optional<image::WriteReport> FrameWriter::write_or_rescue(
-    const integrator::ErrorCurve& curve,
+std::optional<layers::WriteReport> FrameWriter::write_or_rescue(
+    const statistics::ErrorCurve& curve,
     const std::vector<scene::Effect>& broken,
     int& code,
     Diagnostics& diagnostics) {
-    Result<image::WriteReport> written = write(curve, broken);
+    Result<layers::WriteReport> written = write(curve, broken);
     if (written) return std::move(*written);
     const std::string& why = written.error().code;
     const std::string where = why == "io-write" ? "; " + rescue(curve, broken) : std::string();
@@ -165,7 +165,7 @@ std::optional<image::WriteReport> FrameWriter::write_or_rescue(
 bool FrameWriter::write_deep(Diagnostics& diagnostics) const {
     const film::DeepFilm* const deep = renderer_.film().deep();
     if (!deep) return true;
-    const Result<image::DeepImage> written = film::write_deep_picture(*deep, input_.output);
+    const Result<layers::DeepImage> written = film::write_deep_picture(*deep, input_.output);
     if (!written)
         diagnostics.error(written.error().code, {}, {}, written.error().message);
     else if (!job_.arguments.quiet)
@@ -178,7 +178,7 @@ bool FrameWriter::write_deep(Diagnostics& diagnostics) const {
 bool FrameWriter::write_stats(const MemoryNeeds& needs,
                               const film::NoiseEstimate& noise,
                               const integrator::RenderResult& result,
-                              const image::WriteReport& written,
+                              const layers::WriteReport& written,
                               Diagnostics& diagnostics) const {
     if (input_.stats_file.empty()) return true;
     const render::Learned& learned = renderer_.learned();

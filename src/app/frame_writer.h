@@ -6,9 +6,9 @@
 #include "app/render_frame.h"
 #include "base/diagnostics.h"
 #include "film/film.h"
-#include "integrator/error_curve.h"
 #include "integrator/schedule.h"
 #include "render/renderer.h"
+#include "statistics/error_curve.h"
 
 #include <optional>
 #include <string>
@@ -39,18 +39,18 @@ class FrameWriter {
 
     /// broken: effects that ran though the plan has them off. What was rendered for hours is not
     /// lost for some megabytes: a second try takes less memory, and longer.
-    Result<image::WriteReport> write(const integrator::ErrorCurve& curve,
-                                     const std::vector<scene::Effect>& broken);
+    Result<layers::WriteReport> write(const statistics::ErrorCurve& curve,
+                                      const std::vector<scene::Effect>& broken);
 
     /// What is there so far; warns where that cannot be written.
-    void write_snapshot(const integrator::ErrorCurve& curve, Diagnostics& diagnostics);
+    void write_snapshot(const statistics::ErrorCurve& curve, Diagnostics& diagnostics);
 
     /// As write(); what cannot be had in its folder after hours is put into that for temporary
     /// files, as one file. Reports where, and sets `code` of exit_codes.h.
-    std::optional<image::WriteReport> write_or_rescue(const integrator::ErrorCurve& curve,
-                                                      const std::vector<scene::Effect>& broken,
-                                                      int& code,
-                                                      Diagnostics& diagnostics);
+    std::optional<layers::WriteReport> write_or_rescue(const statistics::ErrorCurve& curve,
+                                                       const std::vector<scene::Effect>& broken,
+                                                       int& code,
+                                                       Diagnostics& diagnostics);
 
     /// Of a film that has one; prints it unless quiet. Returns: whether it could be written.
     bool write_deep(Diagnostics& diagnostics) const;
@@ -59,18 +59,18 @@ class FrameWriter {
     bool write_stats(const MemoryNeeds& needs,
                      const film::NoiseEstimate& noise,
                      const integrator::RenderResult& result,
-                     const image::WriteReport& written,
+                     const layers::WriteReport& written,
                      Diagnostics& diagnostics) const;
 
   private:
-    image::FileInfo file_info(const integrator::ErrorCurve& curve,
-                              const std::vector<scene::Effect>& broken) const;
-    Result<image::WriteReport> write_once(const integrator::ErrorCurve& curve,
-                                          const std::vector<scene::Effect>& broken) const;
+    layers::FileInfo file_info(const statistics::ErrorCurve& curve,
+                               const std::vector<scene::Effect>& broken) const;
+    Result<layers::WriteReport> write_once(const statistics::ErrorCurve& curve,
+                                           const std::vector<scene::Effect>& broken) const;
     /// One that there is no memory for is left out: code "memory-limit".
-    Result<image::WriteReport> write_interim(const integrator::ErrorCurve& curve);
+    Result<layers::WriteReport> write_interim(const statistics::ErrorCurve& curve);
     /// Returns: where it is, as part of a message.
-    std::string rescue(const integrator::ErrorCurve& curve,
+    std::string rescue(const statistics::ErrorCurve& curve,
                        const std::vector<scene::Effect>& broken) const;
 
     const RenderJob& job_;

@@ -78,7 +78,7 @@ PictureNeeds::File expected_file(const RenderJob& job, const FrameInput& input) 
     file.most_bytes = pixels * (uint64_t(counts.as_chosen) * (layers.float_layers ? 4 : 2) +
                                 uint64_t(counts.as_half) * 2 + uint64_t(counts.as_float) * 4);
     file.sums_bytes = keeps_final_sums(job)
-                          ? image::SampleSums::expected_bytes(
+                          ? accumulate::SampleSums::expected_bytes(
                                 data_window(input.scene.settings, job.arguments.crop), layers)
                           : 0;
     return file;
@@ -110,7 +110,7 @@ PictureNeeds::File expected_deep_file(const RenderJob& job, const FrameInput& in
     const uint64_t most = uint64_t(job.settings.deep->most_samples) + 1;
     file.most_bytes =
         uint64_t(data_window(input.scene.settings, job.arguments.crop).pixel_count()) *
-        (sizeof(uint32_t) + most * sizeof(image::DeepSample));
+        (sizeof(uint32_t) + most * sizeof(layers::DeepSample));
     return file;
 }
 
@@ -164,7 +164,7 @@ PictureNeeds picture_needs(const RenderJob& job, const FrameInput& input) {
     const image::Window window = data_window(input.scene.settings, job.arguments.crop);
     if (job.settings.deep) needs.files.push_back(expected_deep_file(job, input));
     const uint64_t sums =
-        image::SampleSums::expected_bytes(window, layers_of(job, input.scene)) * nodes_of(job);
+        accumulate::SampleSums::expected_bytes(window, layers_of(job, input.scene)) * nodes_of(job);
     needs.film_bytes = sums + (job.settings.deep ? film::DeepFilm::expected_bytes(window) : 0);
     needs.writing_bytes = writing_bytes(
         needs.files.front().most_bytes + (keeps_sums(job) ? sums : 0), window.height());

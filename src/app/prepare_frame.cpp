@@ -139,10 +139,10 @@ void read_volumes(const RenderJob& job, scene::Scene& scene, Diagnostics& diagno
     for (scene::Volume& v : unread) scene.volumes.push_back(std::move(v));
 }
 
-std::vector<image::LightValues> light_values(const LoadedStage& loaded,
-                                             const scene::Scene& scene,
-                                             double frame) {
-    std::vector<image::LightValues> out;
+std::vector<layers::LightValues> light_values(const LoadedStage& loaded,
+                                              const scene::Scene& scene,
+                                              double frame) {
+    std::vector<layers::LightValues> out;
     for (const translate::LightPrimValues& v :
          translate::light_prim_values(loaded.stage, scene, frame))
         out.push_back({v.path, v.type, v.intensity, v.exposure, v.color, v.uses_color_temperature,

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/result.h"
-#include "integrator/error_curve.h"
+#include "statistics/error_curve.h"
 
 #include <chrono>
 #include <cstdint>
@@ -28,7 +28,7 @@ struct ProgressState {
     std::optional<double> error;   ///< relative standard error of the picture so far
     bool is_upper_error = false;   ///< it is no more than that
     bool is_lower_error = false;   ///< it is no less than that
-    std::optional<integrator::ErrorForecast> forecast;
+    std::optional<statistics::ErrorForecast> forecast;
     double rays_per_s = 0;
     size_t memory_bytes = 0;
     bool is_last = false;

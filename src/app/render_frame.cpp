@@ -103,8 +103,8 @@ class FrameRenderer {
         top_ups_ = with_request(top_ups_, *from_.request, end);
         return integrator::TopUpCounts(
             renderer_.film(),
-            image::place_samples(renderer_.window(), from_.request->priority,
-                                 from_.request->present, double(end)),
+            layers::place_samples(renderer_.window(), from_.request->priority,
+                                  from_.request->present, double(end)),
             end);
     }
 
@@ -114,7 +114,7 @@ class FrameRenderer {
             if (!memory.keeps_limit()) is_short_of_memory_ = true;
             progress_.show(state);
         };
-        callbacks.snapshot = [&](const film::Film&, const integrator::ErrorCurve& curve) {
+        callbacks.snapshot = [&](const film::Film&, const statistics::ErrorCurve& curve) {
             writer.write_snapshot(curve, diagnostics_);
         };
         callbacks.snapshot_requested = [] { return StopSignals::take_snapshot_request(); };

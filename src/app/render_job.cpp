@@ -202,9 +202,10 @@ Result<void> choose_layers(const RenderArguments& a, RenderJob& job) {
     layers.matte_levels = a.matte_levels.value_or(layers.matte_levels);
     if (a.cryptomatte.empty()) return {};
     for (const std::string& word : split(a.cryptomatte, ',')) {
-        const auto kind = std::find_if(image::matte_kinds.begin(), image::matte_kinds.end(),
-                                       [&](image::MatteKind k) { return matte_word(k) == word; });
-        if (kind == image::matte_kinds.end())
+        const auto kind =
+            std::find_if(accumulate::matte_kinds.begin(), accumulate::matte_kinds.end(),
+                         [&](accumulate::MatteKind k) { return matte_word(k) == word; });
+        if (kind == accumulate::matte_kinds.end())
             return usage(fmt::format(
                 "--cryptomatte: expected object, material or both, found \"{}\"", word));
         layers.mattes[size_t(*kind)] = true;
@@ -392,9 +393,9 @@ Result<RenderJob> make_render_job(const RenderArguments& a) {
     settings.schedule.has_independent_halves =
         sampling::has_halves(settings.tracer.sampler) ||
         settings.tracer.sampler == sampling::SamplerKind::Independent;
-    job.layout = a.exr_layout == "single"  ? image::Layout::SinglePart
-                 : a.exr_layout == "split" ? image::Layout::Split
-                                           : image::Layout::MultiPart;
+    job.layout = a.exr_layout == "single"  ? layers::Layout::SinglePart
+                 : a.exr_layout == "split" ? layers::Layout::Split
+                                           : layers::Layout::MultiPart;
     job.compression = compression_of(a.exr_compression);
     const auto progress =
         parse_progress_style(a.quiet ? "none" : a.progress, ::isatty(STDOUT_FILENO) == 1);

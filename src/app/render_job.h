@@ -21,7 +21,7 @@ struct RenderJob {
     render::Settings settings;           ///< layers without groups
     std::string light_sampling = "mis";  ///< as the option names it
     std::string light_selection_name = "tree";
-    image::Layout layout = image::Layout::MultiPart;
+    layers::Layout layout = layers::Layout::MultiPart;
     image::Compression compression = image::Compression::Zip;
     ProgressStyle progress = ProgressStyle::Bar;
     std::optional<std::array<uint64_t, 3>> replay;  ///< x, y, sample

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/render_layers.h"
 
+#include "accumulate/layer_sources.h"
+#include "accumulate/names.h"
 #include "base/unique_names.h"
 #include "film/light_path_expression.h"
 #include "film/lobe_layers.h"
 #include "film/path_automaton.h"
-#include "image/layer_sources.h"
-#include "image/names.h"
 
 #include <fmt/format.h>
 
@@ -52,24 +52,24 @@ std::optional<std::string> data_layer(const std::string& name) {
 /// Names that the set's layers have, with their expressions.
 std::map<std::string, std::string> stored_layers(const film::LayerSet& set) {
     std::map<std::string, std::string> names;
-    const image::AccumulatorTable table(set);
-    const auto add = [&names](bool is_stored, const std::vector<image::LayerSource>& sources) {
+    const accumulate::AccumulatorTable table(set);
+    const auto add = [&names](bool is_stored, const std::vector<accumulate::LayerSource>& sources) {
         if (!is_stored) return;
-        for (const image::LayerSource& s : sources) names.emplace(s.entry.name, s.entry.lpe);
+        for (const accumulate::LayerSource& s : sources) names.emplace(s.entry.name, s.entry.lpe);
     };
-    add(set.matrix_layers, image::matrix_sources(set, table));
-    add(set.bounce_layers, image::bounce_sources(set, table));
-    add(set.group_layers, image::group_sources(set, table));
-    add(set.shadow_layers, image::shadow_sources(set, table, true));
-    add(set.shadow_layers, image::shadow_sources(set, table, false));
-    add(true, image::path_sources(set, table, "lobes"));
-    add(true, image::path_sources(set, table, "paths"));
+    add(set.matrix_layers, accumulate::matrix_sources(set, table));
+    add(set.bounce_layers, accumulate::bounce_sources(set, table));
+    add(set.group_layers, accumulate::group_sources(set, table));
+    add(set.shadow_layers, accumulate::shadow_sources(set, table, true));
+    add(set.shadow_layers, accumulate::shadow_sources(set, table, false));
+    add(true, accumulate::path_sources(set, table, "lobes"));
+    add(true, accumulate::path_sources(set, table, "paths"));
     // Also names of files and parts
     for (const char* data :
          {"beauty", "deep", "data", "rgba", "albedo", "N", "P", "Z", "st", "primId", "instanceId",
           "sampleCount", "variance", "invalid", "R", "G", "B", "A"})
         names.emplace(data, "");
-    for (const image::DataAlias& a : set.data_aliases) names.emplace(a.name, "");
+    for (const accumulate::DataAlias& a : set.data_aliases) names.emplace(a.name, "");
     return names;
 }
 
@@ -82,10 +82,12 @@ bool is_reserved(const std::string& name) {
 
 /// Room for `.R`, and for `_hA` and `clamp_` where these come.
 size_t longest_name(const film::LayerSet& set) {
-    return image::max_channel_name_bytes - 2 - (set.halves ? 3 : 0) - (set.has_clamp() ? 6 : 0);
+    return accumulate::max_channel_name_bytes - 2 - (set.halves ? 3 : 0) -
+           (set.has_clamp() ? 6 : 0);
 }
 
-Result<void> check_paths(const std::vector<image::PathLayer>& layers, const film::LayerSet& set) {
+Result<void> check_paths(const std::vector<accumulate::PathLayer>& layers,
+                         const film::LayerSet& set) {
     const Result<film::PathAutomaton> made =
         film::PathAutomaton::make(layers, set.has_strict_paths, set.groups);
     if (!made) return made.error();
@@ -104,9 +106,9 @@ class LayerChoice {
 
     /// Errors: "lpe". Returns: what there is to say.
     Result<std::string> add_path(const std::string& name, const std::string& text) {
-        image::PathLayer layer = film::make_path_layer(name, text, "paths");
+        accumulate::PathLayer layer = film::make_path_layer(name, text, "paths");
         // A layer of that name may be what is meant
-        const std::string lpe = image::lpe_of(layer);
+        const std::string lpe = accumulate::lpe_of(layer);
         if (name == "beauty" && (lpe == "C.*" || lpe == "C.*[LOB]")) return std::string();
         const auto known = taken_.find(name);
         if (known != taken_.end() && known->second == lpe) return std::string();
@@ -123,7 +125,7 @@ class LayerChoice {
         const Result<void> ok = check_paths(set_.path_layers, set_);
         if (!ok)
             std::erase_if(set_.path_layers,
-                          [](const image::PathLayer& p) { return p.family == "paths"; });
+                          [](const accumulate::PathLayer& p) { return p.family == "paths"; });
         return ok;
     }
 
@@ -135,7 +137,7 @@ class LayerChoice {
         if (is_beauty && data_layer(name) == of) return "";
         if (!is_beauty && !set_.data_layers) return "--layers leaves data out";
         if (*of == name) return "";
-        image::DataAlias alias{name, *of};
+        accumulate::DataAlias alias{name, *of};
         const std::string note = find_name(alias.name);
         taken_.emplace(alias.name, "");
         set_.data_aliases.push_back(std::move(alias));
@@ -152,7 +154,7 @@ class LayerChoice {
         for (size_t at = 0; (at = legal.find("_h", at)) != std::string::npos; ++at)
             if (at + 2 < legal.size() && (legal[at + 2] == 'A' || legal[at + 2] == 'B'))
                 legal.replace(at, 2, "_half");
-        if (!image::is_legal_channel_name(legal.substr(0, 1)) || is_reserved(legal))
+        if (!accumulate::is_legal_channel_name(legal.substr(0, 1)) || is_reserved(legal))
             legal = "layer_" + legal;
         legal = names_.make(legal);
         if (legal == name) return {};

@@ -128,7 +128,7 @@ void warn_of_lower_bound(const std::optional<PictureError>& error,
                          const film::Window& window,
                          Diagnostics& diagnostics) {
     if (!error || !error->is_lower) return;
-    const image::RelativeError& e = error->error;
+    const statistics::RelativeError& e = error->error;
     // The few pixels of an image that is exact elsewhere are its edges
     constexpr double negligible = 0.005;
     if (e.is_lower && e.value >= negligible)
@@ -169,7 +169,7 @@ bool report_missing_textures(const RenderJob& job,
 
 void print_summary(const RenderJob& job,
                    const std::string& output,
-                   const image::WriteReport& written,
+                   const layers::WriteReport& written,
                    size_t unread_textures,
                    const film::NoiseEstimate& noise,
                    const integrator::RenderResult& result) {

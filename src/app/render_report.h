@@ -6,8 +6,8 @@
 #include "app/render_frame.h"
 #include "base/diagnostics.h"
 #include "film/film.h"
-#include "image/layer_file.h"
 #include "integrator/schedule.h"
+#include "layers/layer_file.h"
 #include "render/renderer.h"
 
 #include <optional>
@@ -57,7 +57,7 @@ bool report_missing_textures(const RenderJob& job,
 /// Prints what a written file holds and, for a render with a target, the forecast.
 void print_summary(const RenderJob& job,
                    const std::string& output,
-                   const image::WriteReport& written,
+                   const layers::WriteReport& written,
                    size_t unread_textures,
                    const film::NoiseEstimate& noise,
                    const integrator::RenderResult& result);

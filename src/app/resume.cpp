@@ -6,8 +6,8 @@
 #include "app/exit_codes.h"
 #include "app/render_layers.h"
 #include "base/frames.h"
-#include "image/layer_header.h"
-#include "image/sums_part.h"
+#include "layers/layer_header.h"
+#include "layers/sums_part.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -39,7 +39,7 @@ bool parse_settings(const std::string& text, EarlierPart& part) {
         part.settings.emplace_back(name, value.get<std::string>());
     }
     if (j.contains("errorCurve")) {
-        const std::optional<integrator::ErrorCurve> curve = curve_of(j["errorCurve"]);
+        const std::optional<statistics::ErrorCurve> curve = curve_of(j["errorCurve"]);
         if (!curve) return false;
         part.curve = *curve;
     }
@@ -56,11 +56,11 @@ std::string text_of(const image::Window& w) {
 Result<std::optional<EarlierPart>> read_earlier_part(const std::string& path) {
     std::error_code ignored;
     if (!std::filesystem::exists(path, ignored)) return std::optional<EarlierPart>();
-    const Result<image::Image> file = image::read_sums_image(path);
+    const Result<image::Image> file = layers::read_sums_image(path);
     if (!file) return refused(file.error().message);
-    const Result<image::LayerHeader> header = image::read_layer_header(*file);
+    const Result<layers::LayerHeader> header = layers::read_layer_header(*file);
     if (!header) return refused(header.error().message);
-    Result<image::SampleSums> sums = image::read_sums(*file);
+    Result<accumulate::SampleSums> sums = layers::read_sums(*file);
     if (!sums && sums.error().code == "no-sums")
         return refused(
             "it holds no sums to go on from: render with --keep-sums, --checkpoint, --snapshot or "
@@ -70,20 +70,20 @@ Result<std::optional<EarlierPart>> read_earlier_part(const std::string& path) {
                      header->samples.bad,
                      {},
                      header->samples.scene_hash,
-                     file->text(image::scene_attribute),
+                     file->text(layers::scene_attribute),
                      0,
                      {},
                      "[]",
                      {}};
-    if (!parse_settings(file->text(image::settings_attribute), part))
+    if (!parse_settings(file->text(layers::settings_attribute), part))
         return refused("it does not say by which build and settings it was rendered");
     return std::optional<EarlierPart>(std::move(part));
 }
 
-Result<image::TopUpRequest> read_request(const std::string& path,
-                                         const FrameInput& input,
-                                         const image::Window& window) {
-    Result<image::TopUpRequest> request = image::read_top_up(path);
+Result<layers::TopUpRequest> read_request(const std::string& path,
+                                          const FrameInput& input,
+                                          const image::Window& window) {
+    Result<layers::TopUpRequest> request = layers::read_top_up(path);
     if (!request) return request;
     if (request->scene_hash != fmt::format("{:016x}", input.content_hash))
         return refused(fmt::format("{} was made for another scene", path));
@@ -94,7 +94,7 @@ Result<image::TopUpRequest> read_request(const std::string& path,
 }
 
 std::string with_request(const std::string& top_ups,
-                         const image::TopUpRequest& request,
+                         const layers::TopUpRequest& request,
                          uint64_t samples) {
     auto list = nlohmann::ordered_json::parse(top_ups, nullptr, false);
     if (!list.is_array()) list = nlohmann::ordered_json::array();
@@ -127,8 +127,8 @@ std::string difference(const EarlierPart& earlier,
                            build_id());
     if (earlier.scene_hash != fmt::format("{:016x}", input.content_hash)) {
         const nlohmann::json now = {{"layers", input.layer_names}};
-        const image::DifferentLayers layers =
-            image::different_layers(earlier.scene_json, now.dump());
+        const layers::DifferentLayers layers =
+            layers::different_layers(earlier.scene_json, now.dump());
         const std::string what = "the scene's layers have changed";
         return layers.a.empty()
                    ? what
@@ -196,7 +196,7 @@ Continuation find_continuation(const RenderJob& job,
                          fmt::format("there is no {} yet: the render starts from its first sample",
                                      input.output));
     if (!is_topped_up) return found;
-    Result<image::TopUpRequest> request =
+    Result<layers::TopUpRequest> request =
         read_request(frame_path(job.arguments.for_mix, input.frame), input,
                      data_window(input.scene.settings, job.arguments.crop));
     if (!request && request.error().code == "resume-refused")

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "accumulate/sample_sums.h"
 #include "app/frame_settings.h"
 #include "base/diagnostics.h"
-#include "image/layer_file.h"
-#include "image/sample_sums.h"
-#include "image/top_up.h"
+#include "layers/layer_file.h"
+#include "layers/top_up.h"
 
 #include <cstdint>
 #include <optional>
@@ -16,20 +16,20 @@ namespace velatura::app {
 
 /// What an earlier run left of a render.
 struct EarlierPart {
-    image::SampleSums sums;
-    std::vector<image::BadSample> bad;
+    accumulate::SampleSums sums;
+    std::vector<layers::BadSample> bad;
     std::string build, scene_hash, scene_json;
     uint64_t first_sample = 0;
     FrameSettings settings;
     std::string top_ups = "[]";    ///< JSON: by which looks samples were placed
-    integrator::ErrorCurve curve;  ///< empty unless it was made for a target
+    statistics::ErrorCurve curve;  ///< empty unless it was made for a target
 };
 
 /// What a frame goes on from.
 struct Continuation {
-    std::optional<EarlierPart> earlier;          ///< nothing: from the first sample
-    std::optional<image::TopUpRequest> request;  ///< of --for-mix: where samples are added
-    int code = 0;                                ///< of exit_codes.h: Done, or why there is none
+    std::optional<EarlierPart> earlier;           ///< nothing: from the first sample
+    std::optional<layers::TopUpRequest> request;  ///< of --for-mix: where samples are added
+    int code = 0;                                 ///< of exit_codes.h: Done, or why there is none
 
     /// Settings of a render that goes on from this.
     render::Settings applied_to(render::Settings settings) const;
@@ -53,13 +53,13 @@ Result<std::optional<EarlierPart>> read_earlier_part(const std::string& path);
 
 /// Reads the request of --for-mix. Errors: "resume-refused" (made for another render), those of
 /// image::read_top_up.
-Result<image::TopUpRequest> read_request(const std::string& path,
-                                         const FrameInput& input,
-                                         const image::Window& window);
+Result<layers::TopUpRequest> read_request(const std::string& path,
+                                          const FrameInput& input,
+                                          const image::Window& window);
 
 /// The list of looks that samples were placed by, with that of the request behind the others.
 std::string with_request(const std::string& top_ups,
-                         const image::TopUpRequest& request,
+                         const layers::TopUpRequest& request,
                          uint64_t samples);
 
 /// Why this is no part of the render of these settings; empty when it is.

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/stats.h"
 
+#include "accumulate/pixel_means.h"
 #include "app/accuracy.h"
 #include "app/plan_report.h"
 #include "app/progress.h"
 #include "base/memory_limit.h"
 #include "base/tasks.h"
 #include "film/truncation.h"
-#include "image/pixel_means.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -160,7 +160,7 @@ json make_ledger(const RenderJob& job,
              {"effect", "indirect light is missing; not measured"}});
     }
     if (job.settings.layers.has_clamp()) {
-        const double share = image::clamped_share(film.sums());
+        const double share = accumulate::clamped_share(film.sums());
         json limits;
         for (const auto& [name, limit] : {std::pair("direct", job.arguments.clamp_direct),
                                           std::pair("indirect", job.arguments.clamp_indirect)})

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/study_renderer.h"
 #include "image/exr.h"
-#include "image/relative_error.h"
 #include "integrator/schedule.h"
+#include "statistics/relative_error.h"
 
 #include <fmt/format.h>
 
@@ -33,7 +33,7 @@ double relative_difference(const std::vector<float>& values, const std::vector<f
     double sum = 0;
     for (size_t i = 0; i < values.size(); ++i) {
         const double d = double(values[i]) - double(reference[i]);
-        sum += image::relative_square(d * d, double(reference[i]));
+        sum += statistics::relative_square(d * d, double(reference[i]));
     }
     return std::sqrt(sum / double(values.size()));
 }
@@ -56,7 +56,7 @@ std::vector<study::FileFormat> StudyRenderer::measure_files(const study::RenderR
                         {.final_sample_end = integrator::most_samples(schedule_of(p, part))});
         if (!render_into(film, p, part)) break;
         for (const auto& [name, compression] : image::compression_table) {
-            image::FileInfo info;
+            layers::FileInfo info;
             info.display = {0, 0, part.grid.width, part.grid.height};
             info.compression = compression;
             const bool is_late = std::chrono::steady_clock::now() > part.deadline;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/study_renderer.h"
 
+#include "accumulate/pixel_means.h"
 #include "app/frame_settings.h"
 #include "app/render_layers.h"
 #include "app/render_settings.h"
@@ -9,7 +10,6 @@
 #include "app/study_outlines.h"
 #include "base/command_line.h"
 #include "base/hash.h"
-#include "image/pixel_means.h"
 #include "integrator/schedule.h"
 
 #include <fmt/format.h>
@@ -66,15 +66,15 @@ class GridPixels {
     std::vector<int> x_, y_;
 };
 
-std::vector<float> means_of(const image::SampleSums& sums, uint32_t accumulator) {
+std::vector<float> means_of(const accumulate::SampleSums& sums, uint32_t accumulator) {
     const image::Window& w = sums.window();
     std::vector<float> means;
     means.reserve(3 * w.pixel_count());
     for (int y = w.y0; y < w.y1; ++y) {
         for (int x = w.x0; x < w.x1; ++x) {
             const double weight =
-                image::weight_of(sums.total(x, y, image::AccumulatorTable::coverage));
-            const image::Triple sum = sums.total(x, y, accumulator);
+                accumulate::weight_of(sums.total(x, y, accumulate::AccumulatorTable::coverage));
+            const accumulate::Triple sum = sums.total(x, y, accumulator);
             for (const double v : {sum.x, sum.y, sum.z})
                 means.push_back(weight == 0.0 ? 0.0f : float(v / weight));
         }
@@ -90,8 +90,8 @@ std::optional<study::LayerReading> layer_of(const film::Film& film,
                                             const std::vector<uint32_t>& parts) {
     study::LayerReading layer{is_bounce, name, {}};
     for (const uint32_t a :
-         own != image::AccumulatorTable::absent ? std::vector<uint32_t>{own} : parts) {
-        if (a == image::AccumulatorTable::absent || !film.sums().is_used(a)) continue;
+         own != accumulate::AccumulatorTable::absent ? std::vector<uint32_t>{own} : parts) {
+        if (a == accumulate::AccumulatorTable::absent || !film.sums().is_used(a)) continue;
         const std::vector<float> means = means_of(film.sums(), a);
         layer.means.resize(means.size(), 0.0f);
         for (size_t i = 0; i < means.size(); ++i) layer.means[i] += means[i];
@@ -101,7 +101,7 @@ std::optional<study::LayerReading> layer_of(const film::Film& film,
 
 std::vector<study::LayerReading> layers_of_film(const film::Film& film) {
     const film::LayerSet& set = film.layer_set();
-    const image::AccumulatorTable& table = film.sums().table();
+    const accumulate::AccumulatorTable& table = film.sums().table();
     std::vector<study::LayerReading> layers;
     for (int c = 0; c < set.bounce_count(); ++c) {
         std::vector<uint32_t> row;
@@ -306,7 +306,7 @@ Result<study::RenderRun> StudyRenderer::render_into(film::Film& film,
         if (result.reason == integrator::StopReason::Interrupted)
             return Error{"stopped", "stopped"};
         run.readings.push_back(
-            {spp, means_of(film.sums(), image::AccumulatorTable::beauty), cpu_s, rays});
+            {spp, means_of(film.sums(), accumulate::AccumulatorTable::beauty), cpu_s, rays});
     }
     if (request.options.empty()) run.layers = layers_of_film(film);
     return run;

@@ -56,7 +56,7 @@ add_precompiled(scene HEADERS ${velatura_standard_headers} <fmt/format.h> src/ba
 foreach(tier base sampling guiding plugin)
   set(velatura_set_of_${tier} base)
 endforeach()
-foreach(tier image import study app compositor compositor_window)
+foreach(tier image accumulate statistics layers import study app compositor compositor_window)
   set(velatura_set_of_${tier} json)
 endforeach()
 foreach(tier usd_layer usd_text usd_crate usd_package usd_materialx usd_compose usd_stage translate)

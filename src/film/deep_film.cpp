@@ -17,7 +17,7 @@ namespace velatura::film {
 namespace {
 
 using DepthKind = SampleRadiance::DepthKind;
-using image::Triple;
+using accumulate::Triple;
 
 /// Number of the segment that a depth lies in: each is longer than the last by the same part.
 uint64_t segment_of(float depth, float growth) {
@@ -144,8 +144,8 @@ void DeepFilm::limit(std::vector<Entry>& pixel) const {
     pixel.erase(pixel.begin() + std::ptrdiff_t(best) + 1);
 }
 
-image::DeepImage DeepFilm::image(const std::vector<float>& rgba) const {
-    image::DeepImage image;
+layers::DeepImage DeepFilm::image(const std::vector<float>& rgba) const {
+    layers::DeepImage image;
     image.data = image.display = window_;
     for (size_t i = 0; i < pixels_.size(); ++i) {
         const size_t before = image.samples.size();
@@ -160,7 +160,7 @@ image::DeepImage DeepFilm::image(const std::vector<float>& rgba) const {
 void DeepFilm::lay(std::vector<Entry> pixel,
                    double weight,
                    const float* rgba,
-                   std::vector<image::DeepSample>& out) {
+                   std::vector<layers::DeepSample>& out) {
     const auto covers = [](const Entry& e) { return e.kind != DepthKind::None; };
     std::stable_sort(pixel.begin(), pixel.end(), [&](const Entry& a, const Entry& b) {
         if (covers(a) != covers(b)) return covers(a);
@@ -176,7 +176,7 @@ void DeepFilm::lay(std::vector<Entry> pixel,
     float back = 0;
     for (size_t i = 0; i < pixel.size(); ++i) {
         const Entry& e = pixel[i];
-        image::DeepSample s;
+        layers::DeepSample s;
         const double left = double(flat.left());
         s.r = float(e.light.x * to_r / left);
         s.g = float(e.light.y * to_g / left);
@@ -210,7 +210,7 @@ std::string deep_path(const std::string& picture) {
         .string();
 }
 
-Result<image::DeepImage> write_deep_picture(const DeepFilm& film, const std::string& picture) {
+Result<layers::DeepImage> write_deep_picture(const DeepFilm& film, const std::string& picture) {
     const auto reader = image::ExrReader::open(picture);
     if (!reader) return reader.error();
     // Of the first part, which holds all layers where there is one
@@ -226,7 +226,7 @@ Result<image::DeepImage> write_deep_picture(const DeepFilm& film, const std::str
         return read.error();
     std::vector<float> rgba(4 * window.pixel_count());
     for (size_t i = 0; i < rgba.size(); ++i) rgba[i] = planes[i % 4][i / 4];
-    image::DeepImage deep = film.image(rgba);
+    layers::DeepImage deep = film.image(rgba);
     deep.display = reader->header().display;
     deep.pixel_aspect_ratio = reader->header().pixel_aspect_ratio;
     for (const auto& [name, attribute] : reader->header().attributes) {
@@ -241,7 +241,7 @@ Result<image::DeepImage> write_deep_picture(const DeepFilm& film, const std::str
     how["mostSamples"] = film.options().most_samples;
     how["picture"] = std::filesystem::path(picture).filename().string();
     deep.attributes["velatura/deep"] = how.dump();
-    if (const auto written = image::write_deep_file(deep_path(picture), deep); !written)
+    if (const auto written = layers::write_deep_file(deep_path(picture), deep); !written)
         return written.error();
     return deep;
 }

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "film/sample_radiance.h"
-#include "image/deep_file.h"
+#include "layers/deep_file.h"
 
 #include <cstdint>
 #include <string>
@@ -34,7 +34,7 @@ class DeepFilm {
     /// The deep picture, whose samples laid over each other from front to back give `rgba`:
     /// [height][width][4], the picture of the same camera samples as its file stores it. What it
     /// rounds differently from the sum of the samples goes into their colours.
-    image::DeepImage image(const std::vector<float>& rgba) const;
+    layers::DeepImage image(const std::vector<float>& rgba) const;
 
     const DeepOptions& options() const { return options_; }
 
@@ -52,7 +52,7 @@ class DeepFilm {
         float near = 0, far = 0;
         SampleRadiance::DepthKind kind = SampleRadiance::DepthKind::None;
         double weight = 0, weighted_depth = 0;
-        image::Triple light;
+        accumulate::Triple light;
 
         double depth() const { return weighted_depth / weight; }
     };
@@ -63,7 +63,7 @@ class DeepFilm {
     static void lay(std::vector<Entry> pixel,
                     double weight,
                     const float* rgba,
-                    std::vector<image::DeepSample>& out);
+                    std::vector<layers::DeepSample>& out);
 
     Window window_;
     DeepOptions options_;
@@ -77,6 +77,6 @@ std::string deep_path(const std::string& picture);
 /// Writes the deep picture beside the file of its flat one, which was written from the same samples
 /// and says what the deep samples must add up to. Errors: as image::ExrReader,
 /// image::write_deep_file.
-Result<image::DeepImage> write_deep_picture(const DeepFilm& film, const std::string& picture);
+Result<layers::DeepImage> write_deep_picture(const DeepFilm& film, const std::string& picture);
 
 }  // namespace velatura::film

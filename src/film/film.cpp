@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "film/film.h"
 
+#include "accumulate/pixel_means.h"
 #include "base/check.h"
-#include "image/pixel_means.h"
 
 #include <algorithm>
 #include <bit>
@@ -15,9 +15,9 @@ namespace {
 
 constexpr size_t logged_bad_samples = 16;
 
-using image::AccumulatorTable;
-using image::DenseDyadicSums;
-using image::Triple;
+using accumulate::AccumulatorTable;
+using accumulate::DenseDyadicSums;
+using accumulate::Triple;
 
 Triple triple(const Imath::V3f& v) {
     return {double(v.x), double(v.y), double(v.z)};
@@ -107,15 +107,15 @@ void PixelAccumulator::add(const SampleRadiance& s) {
 
 void PixelAccumulator::add_mattes(const SampleRadiance& s) {
     constexpr size_t looked_back = 8;
-    const int64_t weight = image::matte_weight(double(s.weight));
+    const int64_t weight = accumulate::matte_weight(double(s.weight));
     for (size_t kind = 0; kind < s.matte_ids.size(); ++kind) {
         const uint32_t id = s.matte_ids[kind];
         if (id == 0) continue;
         // Most samples meet what one of the last met; end_pixel joins the rest
         const auto oldest = mattes_.end() - std::ptrdiff_t(std::min(looked_back, mattes_.size()));
-        const auto known = std::find_if(oldest, mattes_.end(), [=](const image::MatteWeight& m) {
-            return m.id == id && m.kind == kind;
-        });
+        const auto known = std::find_if(
+            oldest, mattes_.end(),
+            [=](const accumulate::MatteWeight& m) { return m.id == id && m.kind == kind; });
         if (known != mattes_.end())
             known->weight += weight;
         else
@@ -131,8 +131,8 @@ void PixelAccumulator::end_sample() {
 
 void PixelAccumulator::keep_mean() {
     mean_before_ = last_mean_;
-    last_mean_ = image::mean_of(sum_so_far(AccumulatorTable::beauty),
-                                sum_so_far(AccumulatorTable::coverage));
+    last_mean_ = accumulate::mean_of(sum_so_far(AccumulatorTable::beauty),
+                                     sum_so_far(AccumulatorTable::coverage));
 }
 
 /// Of the beauty or the coverage, at a power of two, where there is one node.
@@ -141,9 +141,9 @@ Triple PixelAccumulator::sum_so_far(uint32_t accumulator) const {
 }
 
 void PixelAccumulator::finish_sparse() {
-    const auto nodes = image::DyadicRule(record_.first).nodes(record_.first, record_.end);
+    const auto nodes = accumulate::DyadicRule(record_.first).nodes(record_.first, record_.end);
     for (size_t i = DenseDyadicSums::capacity; i < used_; ++i) {
-        image::SparseDyadicSum& sum = sparse_[i - DenseDyadicSums::capacity];
+        accumulate::SparseDyadicSum& sum = sparse_[i - DenseDyadicSums::capacity];
         sum.finish(record_.first, nodes, sums_[i].nodes);
         sum.clear();
     }
@@ -153,7 +153,7 @@ Film::Film(const Window& data_window, const LayerSet& set, const FilmOptions& op
     : sums_(data_window, set, options.final_sample_end),
       bad_mutex_(std::make_unique<std::mutex>()) {}
 
-Film::Film(image::SampleSums sums, std::vector<BadSample> bad)
+Film::Film(accumulate::SampleSums sums, std::vector<BadSample> bad)
     : sums_(std::move(sums)), bad_mutex_(std::make_unique<std::mutex>()), bad_(std::move(bad)) {}
 
 void Film::make_deep(const DeepOptions& options) {
@@ -178,13 +178,14 @@ void Film::end_pixel(PixelAccumulator& a) {
         a.dense_.finish(i, a.sums_[i].nodes);
     if (a.used_ > DenseDyadicSums::capacity) a.finish_sparse();
     for (size_t i = 0; i < a.used_; ++i) a.cell_of_[a.sums_[i].accumulator] = 0;
-    sums_.append(a.x_, a.y_, a.record_, std::span<const image::NodeSums>(a.sums_.data(), a.used_));
+    sums_.append(a.x_, a.y_, a.record_,
+                 std::span<const accumulate::NodeSums>(a.sums_.data(), a.used_));
     a.used_ = 0;
     if (a.record_.first == 0 && a.record_.end > 1)
         sums_.set_earlier_mean(a.x_, a.y_,
                                std::has_single_bit(a.record_.end) ? a.mean_before_ : a.last_mean_);
     if (!a.mattes_.empty()) {
-        image::join_matte_weights(a.mattes_);
+        accumulate::join_matte_weights(a.mattes_);
         sums_.mattes()->add(a.x_, a.y_, a.mattes_);
         a.mattes_.clear();
     }
@@ -205,7 +206,7 @@ NoiseEstimate Film::noise() const {
     result.samples_min = ~uint64_t(0);
     for (int y = w.y0; y < w.y1; ++y) {
         for (int x = w.x0; x < w.x1; ++x) {
-            const image::PixelRecord& record = sums_.record(x, y);
+            const accumulate::PixelRecord& record = sums_.record(x, y);
             const uint64_t own = record.end - record.first;
             result.samples_min = std::min(result.samples_min, own);
             result.samples_max = std::max(result.samples_max, own);
@@ -214,10 +215,10 @@ NoiseEstimate Film::noise() const {
         }
     }
     result.samples_mean = double(samples) / double(w.pixel_count());
-    const auto fill = [&](int y, size_t at, image::NoisyPicture& strip) {
+    const auto fill = [&](int y, size_t at, statistics::NoisyPicture& strip) {
         for (int x = w.x0; x < w.x1; ++x, ++at) {
-            const image::PixelHalves h =
-                image::resolve_halves(sums_, x, y, AccumulatorTable::beauty);
+            const accumulate::PixelHalves h =
+                accumulate::resolve_halves(sums_, x, y, AccumulatorTable::beauty);
             if (!h.is_known) return false;
             for (size_t c = 0; c < 3; ++c) {
                 strip[c].mean[at] = float(h.mean[c]);
@@ -226,7 +227,7 @@ NoiseEstimate Film::noise() const {
         }
         return true;
     };
-    const std::optional<image::RelativeError> error = image::picture_error(w, fill);
+    const std::optional<statistics::RelativeError> error = statistics::picture_error(w, fill);
     result.is_known = error.has_value();
     if (error) result.error = *error;
     return result;
@@ -247,7 +248,7 @@ std::vector<BadSample> Film::bad_samples() const {
 
 Result<WriteReport> Film::write(const std::string& path, FileInfo info) const {
     info.bad_samples = bad_samples();
-    return image::write_layer_file(path, sums_, info);
+    return layers::write_layer_file(path, sums_, info);
 }
 
 }  // namespace velatura::film

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "accumulate/matte_sums.h"
+#include "accumulate/sample_sums.h"
 #include "film/deep_film.h"
 #include "film/layer_set.h"
 #include "film/sample_radiance.h"
-#include "image/layer_file.h"
-#include "image/matte_sums.h"
-#include "image/picture_error.h"
-#include "image/sample_sums.h"
+#include "layers/layer_file.h"
+#include "statistics/picture_error.h"
 
 #include <cstdint>
 #include <memory>
@@ -17,9 +17,9 @@
 
 namespace velatura::film {
 
-using image::BadSample;
-using image::FileInfo;
-using image::WriteReport;
+using layers::BadSample;
+using layers::FileInfo;
+using layers::WriteReport;
 
 /// The sums of one pixel over consecutive samples. One per thread, used again for every pixel.
 class PixelAccumulator {
@@ -35,34 +35,34 @@ class PixelAccumulator {
   private:
     friend class Film;
 
-    void deposit(uint32_t accumulator, double weight, const image::Triple& value);
-    void put(uint32_t accumulator, const image::Triple& value);
+    void deposit(uint32_t accumulator, double weight, const accumulate::Triple& value);
+    void put(uint32_t accumulator, const accumulate::Triple& value);
     uint32_t open_cell(uint32_t accumulator);
     void add_mattes(const SampleRadiance& sample);
     void end_sample();
     void keep_mean();
-    image::Triple sum_so_far(uint32_t accumulator) const;
+    accumulate::Triple sum_so_far(uint32_t accumulator) const;
     void finish_sparse();
 
-    image::AccumulatorTable table_;
+    accumulate::AccumulatorTable table_;
     int x_ = 0, y_ = 0;
-    image::PixelRecord record_;
-    image::EarlierMean last_mean_{},
-        mean_before_{};                  ///< at the last power of two of samples, at the one before
-    std::vector<uint32_t> cell_of_;      ///< accumulator → sums_ index + 1; 0 = none
-    std::vector<image::NodeSums> sums_;  ///< accumulator per cell; nodes filled by end_pixel
+    accumulate::PixelRecord record_;
+    accumulate::EarlierMean last_mean_{},
+        mean_before_{};              ///< at the last power of two of samples, at the one before
+    std::vector<uint32_t> cell_of_;  ///< accumulator → sums_ index + 1; 0 = none
+    std::vector<accumulate::NodeSums> sums_;  ///< accumulator per cell; nodes filled by end_pixel
     size_t used_ = 0;
-    image::DenseDyadicSums dense_;                ///< of the first cells, one column each
-    std::vector<image::SparseDyadicSum> sparse_;  ///< of the others, seldom touched
+    accumulate::DenseDyadicSums dense_;                ///< of the first cells, one column each
+    std::vector<accumulate::SparseDyadicSum> sparse_;  ///< of the others, seldom touched
     std::vector<BadSample> bad_;
     bool has_mattes_;
-    std::vector<image::MatteWeight> mattes_;  ///< in the order of the samples
-    DeepFilm* deep_ = nullptr;                ///< of the film, if it is deep
+    std::vector<accumulate::MatteWeight> mattes_;  ///< in the order of the samples
+    DeepFilm* deep_ = nullptr;                     ///< of the film, if it is deep
 };
 
 /// How noisy the picture is, from its two half images.
 struct NoiseEstimate {
-    image::RelativeError error;  ///< docs/engineering/numerics.md, Error
+    statistics::RelativeError error;  ///< docs/engineering/numerics.md, Error
     uint64_t samples_min = 0, samples_max = 0;
     double samples_mean = 0;
     uint64_t invalid = 0;
@@ -82,11 +82,11 @@ struct FilmOptions {
 /// tasks at rest.
 class Film {
   public:
-    static constexpr int tile_size = image::SampleSums::tile_size;
+    static constexpr int tile_size = accumulate::SampleSums::tile_size;
 
     Film(const Window& data_window, const LayerSet& set, const FilmOptions& options = {});
     /// A film that goes on from sums that were stored, and from the bad samples found on the way.
-    Film(image::SampleSums sums, std::vector<BadSample> bad);
+    Film(accumulate::SampleSums sums, std::vector<BadSample> bad);
 
     const Window& window() const { return sums_.window(); }
 
@@ -119,14 +119,14 @@ class Film {
         return sums_.memory_bytes() + (deep_ ? deep_->memory_bytes() : 0);
     }
 
-    const image::SampleSums& sums() const { return sums_; }
+    const accumulate::SampleSums& sums() const { return sums_; }
 
     /// Writes the file of light layers. Errors as image::write_layer_file; code "closure-failed"
     /// and "verify-failed" end with exit code 4.
     Result<WriteReport> write(const std::string& path, FileInfo info) const;
 
   private:
-    image::SampleSums sums_;
+    accumulate::SampleSums sums_;
     std::unique_ptr<DeepFilm> deep_;
     mutable std::unique_ptr<std::mutex> bad_mutex_;
     std::vector<BadSample> bad_;

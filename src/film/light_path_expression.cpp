@@ -244,8 +244,8 @@ bool take_prefix(std::string_view& text, std::string_view prefix) {
 
 }  // namespace
 
-image::PathLayer make_path_layer(std::string name, std::string_view text, std::string family) {
-    using Light = image::PathLayer::Light;
+accumulate::PathLayer make_path_layer(std::string name, std::string_view text, std::string family) {
+    using Light = accumulate::PathLayer::Light;
     take_prefix(text, "lpe:");
     Light light = Light::Arriving;
     if (take_prefix(text, "unoccluded;"))

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "accumulate/layer_set.h"
 #include "base/result.h"
 #include "film/path_symbols.h"
-#include "image/layer_set.h"
 
 #include <cstdint>
 #include <memory>
@@ -28,7 +28,7 @@ inline constexpr size_t longest_expression = 4096;
 inline constexpr int deepest_expression = 64, largest_repeat = 64;
 
 /// Splits off `lpe:` and what says which light is meant. name, family: as wanted.
-image::PathLayer make_path_layer(std::string name, std::string_view text, std::string family);
+accumulate::PathLayer make_path_layer(std::string name, std::string_view text, std::string family);
 
 /// Reads what make_path_layer() left: the grammar of Open Shading Language's lpeparse.cpp without
 /// nested groups. Events C R T V L O B; scatterings D G S; <type scattering 'label'>, '.', '*',

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "film/lobe_layers.h"
 
+#include "accumulate/names.h"
 #include "base/check.h"
-#include "image/names.h"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,7 @@
 
 namespace velatura::film {
 
-std::vector<image::PathLayer> lobe_layers() {
+std::vector<accumulate::PathLayer> lobe_layers() {
     constexpr std::array<std::pair<const char*, const char*>, 6> lobes = {{
         {"diffuse", "<RD'diffuse'>"},
         {"specular", "<R.'specular'>"},
@@ -22,11 +22,11 @@ std::vector<image::PathLayer> lobe_layers() {
     }};
     // Half images of what clamps took have names, too
     for (const auto& [name, event] : lobes)
-        VELATURA_CHECK(
-            fmt::format("clamp_{}_indirect_hA.R", name).size() <= image::max_channel_name_bytes,
-            "lobes have short names");
-    using Light = image::PathLayer::Light;
-    std::vector<image::PathLayer> layers = {{"emission", "C[LOB]", Light::Arriving, "lobes"}};
+        VELATURA_CHECK(fmt::format("clamp_{}_indirect_hA.R", name).size() <=
+                           accumulate::max_channel_name_bytes,
+                       "lobes have short names");
+    using Light = accumulate::PathLayer::Light;
+    std::vector<accumulate::PathLayer> layers = {{"emission", "C[LOB]", Light::Arriving, "lobes"}};
     for (const auto& [name, event] : lobes) {
         layers.push_back({fmt::format("{}_direct", name), fmt::format("C{}[LOB]", event),
                           Light::Arriving, "lobes"});

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "image/layer_set.h"
+#include "accumulate/layer_set.h"
 
 #include <vector>
 
@@ -9,6 +9,6 @@ namespace velatura::film {
 
 /// emission, and what each lobe brings at the first scattering and later: they add up to the
 /// beauty. Names are Arnold's words where it has one.
-std::vector<image::PathLayer> lobe_layers();
+std::vector<accumulate::PathLayer> lobe_layers();
 
 }  // namespace velatura::film

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "film/path_automaton.h"
 
+#include "accumulate/names.h"
 #include "film/light_path_expression.h"
-#include "image/names.h"
 
 #include <fmt/format.h>
 
@@ -88,7 +88,7 @@ class Nodes {
     std::vector<Node> list_;
 };
 
-Error about(const image::PathLayer& layer, const std::string& why) {
+Error about(const accumulate::PathLayer& layer, const std::string& why) {
     return {"lpe", fmt::format("light path expression \"{}\": {}", layer.expression, why)};
 }
 
@@ -250,12 +250,12 @@ bool is_of_first_scattering(const PathAutomaton& automaton, size_t groups) {
 }
 
 /// What is wrong with it that its grammar allows, in a scene with lights of all kinds.
-std::optional<Error> fault_of(const image::PathLayer& layer,
+std::optional<Error> fault_of(const accumulate::PathLayer& layer,
                               bool is_strict,
-                              std::vector<image::LightGroup> with_all) {
+                              std::vector<accumulate::LightGroup> with_all) {
     with_all.push_back({"", {}, false});
     with_all.push_back({"", {}, true});
-    with_all.push_back({image::emissive_group, {}, false});
+    with_all.push_back({accumulate::emissive_group, {}, false});
     const PathSymbols symbols(with_all);
     const size_t groups = with_all.size();
     const Result<PathPattern> pattern = parse_path_expression(layer.expression, symbols, is_strict);
@@ -266,7 +266,8 @@ std::optional<Error> fault_of(const image::PathLayer& layer,
         return about(
             layer,
             "no path can match it: it begins with C, and ends with L, O, B or a light group");
-    if (layer.light != image::PathLayer::Light::Arriving && !is_of_first_scattering(*alone, groups))
+    if (layer.light != accumulate::PathLayer::Light::Arriving &&
+        !is_of_first_scattering(*alone, groups))
         return about(layer,
                      "what light would be without shadows is known after one scattering alone: "
                      "write C, one event and a light");
@@ -275,15 +276,15 @@ std::optional<Error> fault_of(const image::PathLayer& layer,
 
 }  // namespace
 
-Result<PathAutomaton> PathAutomaton::make(const std::vector<image::PathLayer>& layers,
+Result<PathAutomaton> PathAutomaton::make(const std::vector<accumulate::PathLayer>& layers,
                                           bool is_strict,
-                                          const std::vector<image::LightGroup>& groups) {
+                                          const std::vector<accumulate::LightGroup>& groups) {
     if (layers.size() > most_layers)
         return Error{"lpe", fmt::format("{} layers by light path expressions: at most {} are made",
                                         layers.size(), most_layers)};
     const PathSymbols symbols(groups);
     std::vector<PathPattern> patterns;
-    for (const image::PathLayer& layer : layers) {
+    for (const accumulate::PathLayer& layer : layers) {
         Result<PathPattern> pattern = parse_path_expression(layer.expression, symbols, is_strict);
         if (!pattern) return pattern.error();
         if (std::optional<Error> fault = fault_of(layer, is_strict, groups))

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "accumulate/layer_set.h"
 #include "base/result.h"
 #include "film/path_event.h"
-#include "image/layer_set.h"
 
 #include <array>
 #include <cstdint>
@@ -25,9 +25,9 @@ class PathAutomaton {
 
     /// Errors: "lpe" (what parse_path_expression() says; too many states; unoccluded light after
     /// more than one scattering; an expression that no path can match), naming the expression.
-    static Result<PathAutomaton> make(const std::vector<image::PathLayer>& layers,
+    static Result<PathAutomaton> make(const std::vector<accumulate::PathLayer>& layers,
                                       bool is_strict,
-                                      const std::vector<image::LightGroup>& groups);
+                                      const std::vector<accumulate::LightGroup>& groups);
 
     /// Of a path that left the camera.
     State start() const { return start_; }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "image/dyadic_sum.h"
+#include "accumulate/dyadic_sum.h"
 
 #include <array>
 #include <cstddef>
@@ -36,13 +36,13 @@ constexpr bool is_diffuse(PathEvent event) {
 struct EventShares {
     struct Share {
         PathEvent event;
-        image::Triple share;
+        accumulate::Triple share;
     };
 
     std::array<Share, 3> shares = {};
     size_t count = 0;
 
-    void add(PathEvent event, const image::Triple& share) { shares[count++] = {event, share}; }
+    void add(PathEvent event, const accumulate::Triple& share) { shares[count++] = {event, share}; }
 
     static EventShares only(PathEvent event) {
         EventShares all;

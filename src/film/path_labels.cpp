@@ -5,22 +5,22 @@ namespace velatura::film {
 
 namespace {
 
-image::Triple product(const image::Triple& a, const image::Triple& b) {
+accumulate::Triple product(const accumulate::Triple& a, const accumulate::Triple& b) {
     return {a.x * b.x, a.y * b.y, a.z * b.z};
 }
 
 /// Shares of what counts by multipliers.
 EventShares weighed(const EventShares& shares, float diffuse, float specular) {
     EventShares out;
-    image::Triple sum;
+    accumulate::Triple sum;
     for (const auto& [event, share] : shares) {
         const double by = double(is_diffuse(event) ? diffuse : specular);
         out.add(event, {share.x * by, share.y * by, share.z * by});
         sum += out.shares[out.count - 1].share;
     }
     for (size_t i = 0; i < out.count; ++i) {
-        image::Triple& share = out.shares[i].share;
-        const image::Triple& same = shares.shares[i].share;
+        accumulate::Triple& share = out.shares[i].share;
+        const accumulate::Triple& same = shares.shares[i].share;
         // Where nothing counts there is nothing to share
         share = {sum.x > 0 ? share.x / sum.x : same.x, sum.y > 0 ? share.y / sum.y : same.y,
                  sum.z > 0 ? share.z / sum.z : same.z};
@@ -43,7 +43,7 @@ void PathLabels::step(const Parts& from, const EventShares& scattering, Parts& t
     for (const auto& [state, part] : from) {
         for (const auto& [event, share] : scattering) {
             const PathAutomaton::State next = automaton_.next(state, event);
-            const image::Triple value = product(part, share);
+            const accumulate::Triple value = product(part, share);
             if (next == PathAutomaton::dead || value.is_zero()) continue;
             uint16_t& place = place_of_[next];
             if (place == 0) {

@@ -35,7 +35,7 @@ class PathLabels {
 
     /// State of the automaton, and the part of the light that belongs to it. States of no layer are
     /// left out.
-    using Part = std::pair<PathAutomaton::State, image::Triple>;
+    using Part = std::pair<PathAutomaton::State, accumulate::Triple>;
     using Parts = std::vector<Part>;
 
     /// Of the light that is given now.

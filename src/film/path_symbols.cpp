@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "film/path_symbols.h"
 
-#include "image/names.h"
+#include "accumulate/names.h"
 
 #include <algorithm>
 #include <array>
@@ -35,13 +35,13 @@ SymbolSet those(const std::vector<PathSymbol>& symbols, const Rule& is_in) {
 
 }  // namespace
 
-PathSymbols::PathSymbols(const std::vector<image::LightGroup>& groups) : groups_(groups) {
+PathSymbols::PathSymbols(const std::vector<accumulate::LightGroup>& groups) : groups_(groups) {
     symbols_.push_back({'C', 0, {}});
     symbols_.insert(symbols_.end(), events.begin(), events.end());
-    for (const image::LightGroup& g : groups)
-        symbols_.push_back({g.name == image::emissive_group ? 'O'
-                            : g.is_dome                     ? 'B'
-                                                            : 'L',
+    for (const accumulate::LightGroup& g : groups)
+        symbols_.push_back({g.name == accumulate::emissive_group ? 'O'
+                            : g.is_dome                          ? 'B'
+                                                                 : 'L',
                             0, g.name});
 }
 
@@ -69,7 +69,7 @@ SymbolSet PathSymbols::of_label(std::string_view label) const {
     // What the scene calls a group comes before what layers call another
     const bool is_of_scene =
         std::any_of(groups_.begin(), groups_.end(),
-                    [label](const image::LightGroup& g) { return g.label == label; });
+                    [label](const accumulate::LightGroup& g) { return g.label == label; });
     for (size_t g = 0; g < groups_.size(); ++g) {
         if (label == domes)
             set[of_group(g)] = groups_[g].is_dome;
@@ -83,7 +83,7 @@ std::vector<std::string> PathSymbols::labels() const {
     std::vector<std::string> words;
     for (const PathSymbol& s : symbols_)
         if (!s.label.empty()) words.emplace_back(s.label);
-    for (const image::LightGroup& g : groups_)
+    for (const accumulate::LightGroup& g : groups_)
         if (!g.label.empty()) words.push_back(g.label);
     words.emplace_back(domes);
     return words;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "accumulate/layer_set.h"
 #include "film/path_event.h"
-#include "image/layer_set.h"
 
 #include <string>
 #include <string_view>
@@ -24,7 +24,7 @@ using SymbolSet = std::vector<bool>;
 class PathSymbols {
   public:
     /// groups: must outlive this. emissive: the group of surfaces that emit, by name.
-    explicit PathSymbols(const std::vector<image::LightGroup>& groups);
+    explicit PathSymbols(const std::vector<accumulate::LightGroup>& groups);
 
     size_t count() const { return symbols_.size(); }
 
@@ -50,7 +50,7 @@ class PathSymbols {
     std::vector<std::string> labels() const;
 
   private:
-    const std::vector<image::LightGroup>& groups_;
+    const std::vector<accumulate::LightGroup>& groups_;
     std::vector<PathSymbol> symbols_;
 };
 

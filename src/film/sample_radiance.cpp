@@ -24,11 +24,11 @@ bool is_sound(const Rgb& c) {
     return c.x >= 0.0f && c.y >= 0.0f && c.z >= 0.0f;
 }
 
-image::Triple triple(const Rgb& c) {
+accumulate::Triple triple(const Rgb& c) {
     return {double(c.x), double(c.y), double(c.z)};
 }
 
-image::Triple product(const image::Triple& a, const image::Triple& b) {
+accumulate::Triple product(const accumulate::Triple& a, const accumulate::Triple& b) {
     return {a.x * b.x, a.y * b.y, a.z * b.z};
 }
 
@@ -64,7 +64,7 @@ SampleRadiance::SampleRadiance(const LayerSet& set)
       matrix_(set.matrix_layers),
       bounces_(set.bounce_layers && !set.matrix_layers),
       groups_(set.group_layers && !set.matrix_layers),
-      direct_(table_.direct(0) != image::AccumulatorTable::absent),
+      direct_(table_.direct(0) != accumulate::AccumulatorTable::absent),
       clamps_(set.has_clamp()),
       clamp_direct_(set.clamp_direct),
       clamp_indirect_(set.clamp_indirect),
@@ -76,12 +76,12 @@ bool SampleRadiance::fits_floats() const {
     const double limit = largest / std::max(1.0, std::abs(double(weight)));
     const auto fits = [&](double v) { return std::abs(v) <= limit; };
     return std::ranges::all_of(touched_, [&](uint32_t accumulator) {
-        const image::Triple& sum = values_[accumulator].sum;
+        const accumulate::Triple& sum = values_[accumulator].sum;
         return fits(sum.x) && fits(sum.y) && fits(sum.z);
     });
 }
 
-inline void SampleRadiance::deposit(uint32_t accumulator, const image::Triple& radiance) {
+inline void SampleRadiance::deposit(uint32_t accumulator, const accumulate::Triple& radiance) {
     Value& value = values_[accumulator];
     if (!value.is_touched) {
         value.is_touched = true;
@@ -92,7 +92,7 @@ inline void SampleRadiance::deposit(uint32_t accumulator, const image::Triple& r
 
 /// Sums are those of a render without clamps; what these take is summed beside them.
 inline void SampleRadiance::deposit_light(uint32_t accumulator,
-                                          const image::Triple& radiance,
+                                          const accumulate::Triple& radiance,
                                           double clamped_share) {
     deposit(accumulator, radiance);
     if (clamped_share == 0.0) return;
@@ -109,7 +109,7 @@ void SampleRadiance::add(int bounce, int group, const Rgb& radiance, float share
     if (is_black(radiance)) return;
     using scene::Effect;
     const int column = bounce > last_bounce_ ? last_bounce_ + 1 : bounce;
-    const image::Triple value = triple(radiance);
+    const accumulate::Triple value = triple(radiance);
     double clamped = 0.0;
     if (clamps_) {
         const float limit = share * (bounce <= 1 ? clamp_direct_ : clamp_indirect_);
@@ -119,7 +119,7 @@ void SampleRadiance::add(int bounce, int group, const Rgb& radiance, float share
             clamped = 1.0 - double(limit) / double(largest);
         }
     }
-    deposit_light(image::AccumulatorTable::beauty, value, clamped);
+    deposit_light(accumulate::AccumulatorTable::beauty, value, clamped);
     if (matrix_) deposit_light(table_.matrix(column, group), value, clamped);
     if (bounces_) deposit_light(table_.bounce(column), value, clamped);
     if (groups_) deposit_light(table_.group(group), value, clamped);
@@ -127,9 +127,9 @@ void SampleRadiance::add(int bounce, int group, const Rgb& radiance, float share
     if (labels_) deposit_paths(group, value, clamped);
 }
 
-void SampleRadiance::deposit_paths(int group, const image::Triple& v, double clamped_share) {
+void SampleRadiance::deposit_paths(int group, const accumulate::Triple& v, double clamped_share) {
     scene::count_call(scene::Effect::PathLayers);
-    using Light = image::PathLayer::Light;
+    using Light = accumulate::PathLayer::Light;
     for (const auto& [state, part] : labels_->parts()) {
         for (const uint16_t layer : labels_->automaton().layers_of(state, group)) {
             const Light light = path_layers_[layer].light;
@@ -141,10 +141,10 @@ void SampleRadiance::deposit_paths(int group, const image::Triple& v, double cla
     }
 }
 
-void SampleRadiance::deposit_unoccluded_paths(int group, const image::Triple& v) {
+void SampleRadiance::deposit_unoccluded_paths(int group, const accumulate::Triple& v) {
     for (const auto& [state, part] : labels_->parts()) {
         for (const uint16_t layer : labels_->automaton().layers_of(state, group)) {
-            if (path_layers_[layer].light != image::PathLayer::Light::Arriving)
+            if (path_layers_[layer].light != accumulate::PathLayer::Light::Arriving)
                 deposit(table_.unoccluded_path(layer), product(v, part));
         }
     }
@@ -152,7 +152,7 @@ void SampleRadiance::deposit_unoccluded_paths(int group, const image::Triple& v)
 
 void SampleRadiance::add_unoccluded(int group, const Rgb& radiance) {
     const uint32_t accumulator = table_.unoccluded(group);
-    const bool has_row = accumulator != image::AccumulatorTable::absent;
+    const bool has_row = accumulator != accumulate::AccumulatorTable::absent;
     const bool has_paths = labels_.has_value();
     if (!has_row && !has_paths) return;
     if (!is_sound(radiance)) {
@@ -165,7 +165,8 @@ void SampleRadiance::add_unoccluded(int group, const Rgb& radiance) {
 }
 
 void SampleRadiance::add_taken(int group, uint32_t caster, const Rgb& radiance) {
-    if (caster == scene::none || table_.taken(group, caster) == image::AccumulatorTable::absent)
+    if (caster == scene::none ||
+        table_.taken(group, caster) == accumulate::AccumulatorTable::absent)
         return;
     if (!is_sound(radiance)) {
         mark_bad(fault_of(radiance));
@@ -175,13 +176,13 @@ void SampleRadiance::add_taken(int group, uint32_t caster, const Rgb& radiance) 
 }
 
 Rgb SampleRadiance::radiance() const {
-    const image::Triple& v = values_[image::AccumulatorTable::beauty].sum;
+    const accumulate::Triple& v = values_[accumulate::AccumulatorTable::beauty].sum;
     return Rgb(float(v.x), float(v.y), float(v.z));
 }
 
 Rgb SampleRadiance::branch_radiance() const {
     if (!has_branches_) return Rgb(0.0f);
-    const image::Triple& v = values_[image::AccumulatorTable::beauty].sum;
+    const accumulate::Triple& v = values_[accumulate::AccumulatorTable::beauty].sum;
     return Rgb(float(v.x - trunk_.x), float(v.y - trunk_.y), float(v.z - trunk_.z));
 }
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "accumulate/dyadic_sum.h"
 #include "base/math.h"
 #include "film/layer_set.h"
 #include "film/path_labels.h"
-#include "image/dyadic_sum.h"
 
 #include <array>
 #include <cstdint>
@@ -60,7 +60,7 @@ class SampleRadiance {
 
     /// From here on, what is added comes by branches of the path.
     void begin_branches() {
-        trunk_ = values_[image::AccumulatorTable::beauty].sum;
+        trunk_ = values_[accumulate::AccumulatorTable::beauty].sum;
         has_branches_ = true;
     }
 
@@ -93,7 +93,7 @@ class SampleRadiance {
     uint32_t prim_id = 0xffffffffu;
     uint32_t instance_id = 0xffffffffu;
     /// By image::MatteKind: whose sample it is, see image::matte_id(); 0 = nobody's.
-    std::array<uint32_t, image::matte_kinds.size()> matte_ids = {};
+    std::array<uint32_t, accumulate::matte_kinds.size()> matte_ids = {};
 
     /// What covers the sample; only set for deep pictures.
     DepthKind depth_kind = DepthKind::None;
@@ -103,7 +103,7 @@ class SampleRadiance {
     friend class PixelAccumulator;
 
     struct Value {
-        image::Triple sum;
+        accumulate::Triple sum;
         bool is_touched = false;  ///< in touched_; else the sum is zero
     };
 
@@ -111,21 +111,23 @@ class SampleRadiance {
     /// floats, by whatever weights.
     bool fits_floats() const;
 
-    void deposit(uint32_t accumulator, const image::Triple& radiance);
-    void deposit_light(uint32_t accumulator, const image::Triple& radiance, double clamped_share);
+    void deposit(uint32_t accumulator, const accumulate::Triple& radiance);
+    void deposit_light(uint32_t accumulator,
+                       const accumulate::Triple& radiance,
+                       double clamped_share);
 
-    void deposit_paths(int group, const image::Triple& radiance, double clamped_share);
-    void deposit_unoccluded_paths(int group, const image::Triple& radiance);
+    void deposit_paths(int group, const accumulate::Triple& radiance, double clamped_share);
+    void deposit_unoccluded_paths(int group, const accumulate::Triple& radiance);
 
-    image::AccumulatorTable table_;
-    std::vector<image::PathLayer> path_layers_;
+    accumulate::AccumulatorTable table_;
+    std::vector<accumulate::PathLayer> path_layers_;
     std::optional<PathLabels> labels_;
     int last_bounce_;
     bool matrix_, bounces_, groups_, direct_, clamps_;
     float clamp_direct_, clamp_indirect_;
     std::vector<Value> values_;  ///< per accumulator
     std::vector<uint32_t> touched_;
-    image::Triple trunk_ = {};  ///< what came before the branches
+    accumulate::Triple trunk_ = {};  ///< what came before the branches
     bool has_branches_ = false;
     BadSampleReason bad_ = BadSampleReason::None;
 };

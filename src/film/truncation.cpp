@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "film/truncation.h"
 
-#include "image/layer_sources.h"
-#include "image/pixel_means.h"
+#include "accumulate/layer_sources.h"
+#include "accumulate/pixel_means.h"
 
 #include <algorithm>
 #include <array>
@@ -13,26 +13,26 @@ namespace velatura::film {
 
 namespace {
 
-using image::Triple;
+using accumulate::Triple;
 
 /// Light by bounce: b0 … bK, then the tail.
 using Light = std::vector<Triple>;
 
 /// The light of each set of pixels; their differences tell the noise.
-using Parts = std::array<Light, image::interleaved_sets>;
+using Parts = std::array<Light, accumulate::interleaved_sets>;
 
-Parts light_by_bounce(const image::SampleSums& sums) {
-    const std::vector<image::LayerSource> sources =
-        image::bounce_sources(sums.layer_set(), sums.table());
+Parts light_by_bounce(const accumulate::SampleSums& sums) {
+    const std::vector<accumulate::LayerSource> sources =
+        accumulate::bounce_sources(sums.layer_set(), sums.table());
     Parts parts;
     parts.fill(Light(sources.size()));
     const image::Window& w = sums.window();
     for (int y = w.y0; y < w.y1; ++y) {
         for (int x = w.x0; x < w.x1; ++x) {
             const double weight =
-                image::weight_of(sums.total(x, y, image::AccumulatorTable::coverage));
+                accumulate::weight_of(sums.total(x, y, accumulate::AccumulatorTable::coverage));
             if (weight == 0.0) continue;
-            Light& part = parts[image::interleaved_set(w, x, y)];
+            Light& part = parts[accumulate::interleaved_set(w, x, y)];
             for (size_t column = 0; column < sources.size(); ++column) {
                 for (const uint32_t a : sources[column].plus) {
                     const Triple t = sums.total(x, y, a);
@@ -93,8 +93,8 @@ double missing_share(const Light& light, int max_depth, Fall fall) {
 
 }  // namespace
 
-std::optional<TruncatedLight> truncated_light(const image::SampleSums& sums, int max_depth) {
-    const image::LayerSet& set = sums.layer_set();
+std::optional<TruncatedLight> truncated_light(const accumulate::SampleSums& sums, int max_depth) {
+    const accumulate::LayerSet& set = sums.layer_set();
     if (!set.bounce_layers && !set.matrix_layers) return std::nullopt;
     // Bounce 0 is what lights and glowing surfaces show: its ratio to the next says nothing
     const int needed = max_depth > set.last_bounce ? 1 : 3;
@@ -122,7 +122,7 @@ std::optional<TruncatedLight> truncated_light(const image::SampleSums& sums, int
         sum += s;
         square += s * s;
     }
-    constexpr double n = image::interleaved_sets, quantile = 1.96;
+    constexpr double n = accumulate::interleaved_sets, quantile = 1.96;
     const double deviation = std::sqrt(std::max(0.0, (square - sum * sum / n) * (n - 1) / n));
     TruncatedLight result;
     result.share = share;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "image/sample_sums.h"
+#include "accumulate/sample_sums.h"
 
 #include <optional>
 
@@ -17,6 +17,6 @@ struct TruncatedLight {
 /// ones would bring is A_n r / (1 − r), with the ratio r of the last stored bounces or, where they
 /// end before the limit, of the tail. Exact in a closed body of one albedo. Returns: none if too
 /// few bounces were kept one by one, or if they do not fall.
-std::optional<TruncatedLight> truncated_light(const image::SampleSums& sums, int max_depth);
+std::optional<TruncatedLight> truncated_light(const accumulate::SampleSums& sums, int max_depth);
 
 }  // namespace velatura::film

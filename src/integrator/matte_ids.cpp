@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "integrator/matte_ids.h"
 
-#include "image/cryptomatte.h"
+#include "layers/cryptomatte.h"
 
 #include <set>
 #include <string>
@@ -10,14 +10,14 @@
 namespace velatura::integrator {
 
 MatteIds::MatteIds(const scene::Scene& scene)
-    : scene_(scene), without_material_(image::matte_id(no_material)) {
+    : scene_(scene), without_material_(layers::matte_id(no_material)) {
     for (const scene::Provenance& p : scene.provenance)
-        of_provenance_.push_back(image::matte_id(p.prim_path));
+        of_provenance_.push_back(layers::matte_id(p.prim_path));
     for (const scene::Material& m : scene.materials)
-        of_material_.push_back(image::matte_id(m.name));
+        of_material_.push_back(layers::matte_id(m.name));
 }
 
-image::MatteNames MatteIds::names() const {
+layers::MatteNames MatteIds::names() const {
     // Many instances come from one prim
     std::vector<bool> is_seen(scene_.provenance.size(), false);
     std::set<std::string> objects, materials = {no_material};
@@ -29,9 +29,9 @@ image::MatteNames MatteIds::names() const {
     scene::for_each_shape(scene_, [&](const scene::Shape& shape) { add(shape.provenance); });
     for (const scene::Instance& i : scene_.instances) add(i.provenance);
     for (const scene::Material& m : scene_.materials) materials.insert(m.name);
-    image::MatteNames names;
-    names[size_t(image::MatteKind::Object)].assign(objects.begin(), objects.end());
-    names[size_t(image::MatteKind::Material)].assign(materials.begin(), materials.end());
+    layers::MatteNames names;
+    names[size_t(accumulate::MatteKind::Object)].assign(objects.begin(), objects.end());
+    names[size_t(accumulate::MatteKind::Material)].assign(materials.begin(), materials.end());
     return names;
 }
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "geometry/surface_point.h"
-#include "image/layer_file.h"
+#include "layers/layer_file.h"
 #include "scene/scene.h"
 
 #include <cstdint>
@@ -32,7 +32,7 @@ class MatteIds {
     /// What a surface without a material goes by.
     static constexpr const char* no_material = "default";
 
-    image::MatteNames names() const;
+    layers::MatteNames names() const;
 
   private:
     const scene::Scene& scene_;

@@ -17,14 +17,14 @@ struct Portion {
     Rgb value;  ///< not negative
 };
 
-double& channel(image::Triple& t, int c) {
+double& channel(accumulate::Triple& t, int c) {
     return c == 0 ? t.x : c == 1 ? t.y : t.z;
 }
 
 /// Parts of their sum; where there is nothing, all of it is the last.
 template <size_t count>
 EventShares shares_of(const std::array<Portion, count>& portions) {
-    std::array<image::Triple, count> shares = {};
+    std::array<accumulate::Triple, count> shares = {};
     for (int c = 0; c < 3; ++c) {
         double sum = 0;
         for (const Portion& p : portions) sum += double(p.value[c]);

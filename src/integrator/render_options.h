@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "integrator/error_curve.h"
+#include "statistics/error_curve.h"
 
 #include <array>
 #include <cstdint>
@@ -31,7 +31,7 @@ struct RenderOptions {
     bool needs_sure_target = false;  ///< an error that is a lower bound does not reach target_error
     double forecast_error =
         0;  ///< progressive: forecast when the error will be this; 0 = that of target_error, if any
-    ErrorCurve curve =
+    statistics::ErrorCurve curve =
         {};  ///< progressive: what the part of the render that the film came with said of its error
     bool has_dependent_changes = false;  ///< what later samples of a pixel change says no more than
                                          ///< an upper bound of its error: strata

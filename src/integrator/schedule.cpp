@@ -2,9 +2,9 @@
 #include "integrator/schedule.h"
 
 #include "base/tasks.h"
-#include "image/picture_change.h"
 #include "integrator/work_rate.h"
 #include "scene/effect_calls.h"
+#include "statistics/picture_change.h"
 
 #include <algorithm>
 #include <bit>
@@ -75,7 +75,7 @@ class Progress {
     void set_error(double error,
                    bool is_upper,
                    bool is_lower,
-                   std::optional<ErrorForecast> forecast) {
+                   std::optional<statistics::ErrorForecast> forecast) {
         std::lock_guard lock(mutex_);
         error_ = error;
         is_upper_error_ = is_upper;
@@ -100,9 +100,9 @@ class Progress {
         std::optional<double> samples;
         if (!options_.is_open_ended) samples = samples_total_;
         if (options_.target_error > 0 && forecast_ && forecast_->target == options_.target_error) {
-            if (forecast_->kind == ErrorForecast::Kind::Known)
+            if (forecast_->kind == statistics::ErrorForecast::Kind::Known)
                 samples = std::min(samples_total_, forecast_->samples * pixels_);
-            if (forecast_->kind == ErrorForecast::Kind::Reached) samples = samples_;
+            if (forecast_->kind == statistics::ErrorForecast::Kind::Reached) samples = samples_;
         }
         if (!samples) return std::nullopt;
         return std::max(*samples, samples_) - samples_before_ + pilot_total_;
@@ -146,7 +146,7 @@ class Progress {
     Clock::time_point start_;
     std::optional<double> error_;
     bool is_upper_error_ = false, is_lower_error_ = false;
-    std::optional<ErrorForecast> forecast_;
+    std::optional<statistics::ErrorForecast> forecast_;
     RayCounts rays_;
 };
 
@@ -191,13 +191,15 @@ class Runner {
 
     /// What the picture says of its error when it has the samples at the indices below `end`;
     /// nothing unless that is a power of two.
-    std::optional<ErrorObservation> observe(const film::NoiseEstimate& noise, uint64_t end) const {
+    std::optional<statistics::ErrorObservation> observe(const film::NoiseEstimate& noise,
+                                                        uint64_t end) const {
         // Of two samples the change says little, and costs as much as that of many
         if (top_up_ || !noise.is_known || !std::has_single_bit(end) || end < 4) return std::nullopt;
-        const std::optional<image::RelativeError> change = image::picture_change(film_.sums());
+        const std::optional<statistics::RelativeError> change =
+            statistics::picture_change(film_.sums());
         if (!change) return std::nullopt;
-        return ErrorObservation{noise.samples_min, noise.samples_max, noise.samples_mean,
-                                progress_.elapsed_s(), *change};
+        return statistics::ErrorObservation{noise.samples_min, noise.samples_max,
+                                            noise.samples_mean, progress_.elapsed_s(), *change};
     }
 
     /// True if the film came with all samples at the indices below `end`.
@@ -293,7 +295,7 @@ class Runner {
     void expect_samples() {
         double all = 0;
         for_each_pixel([&](int x, int y) {
-            const image::PixelRecord& record = film_.sums().record(x, y);
+            const accumulate::PixelRecord& record = film_.sums().record(x, y);
             const uint64_t first =
                 record.first == record.end ? next_sample(x, y, first_sample_) : record.first;
             all += double(std::max(count(x, y, end_sample_), record.end) - first);
@@ -342,7 +344,7 @@ class Runner {
 
     /// First sample that the pixel does not have of those from index `first` on.
     uint64_t next_sample(int x, int y, uint64_t first) const {
-        const image::PixelRecord& record = film_.sums().record(x, y);
+        const accumulate::PixelRecord& record = film_.sums().record(x, y);
         return record.first == record.end ? count(x, y, first) : record.end;
     }
 
@@ -414,8 +416,9 @@ void follow_error(Runner& runner,
                   const RenderOptions& options,
                   const film::NoiseEstimate& noise,
                   uint64_t end,
-                  ErrorCurve& curve) {
-    if (const std::optional<ErrorObservation> seen = runner.observe(noise, end)) curve.add(*seen);
+                  statistics::ErrorCurve& curve) {
+    if (const std::optional<statistics::ErrorObservation> seen = runner.observe(noise, end))
+        curve.add(*seen);
     if (!noise.is_known) return;
     if (curve.is_empty()) {
         runner.progress().set_error(noise.error.value, !options.has_independent_halves,
@@ -424,7 +427,7 @@ void follow_error(Runner& runner,
     }
     const double wanted =
         options.forecast_error > 0 ? options.forecast_error : options.target_error;
-    std::optional<ErrorForecast> forecast;
+    std::optional<statistics::ErrorForecast> forecast;
     if (wanted > 0) forecast = curve.forecast(wanted);
     if (options.has_independent_halves) {
         runner.progress().set_error(noise.error.value, false,
@@ -443,15 +446,17 @@ constexpr uint64_t never = std::numeric_limits<uint64_t>::max();
 
 /// Where a render that has the samples below `end`, the last ones that its curve knows of, is to
 /// stop for its target: there, at some index before the next power of two, or not yet.
-uint64_t target_end(const ErrorCurve& curve, const RenderOptions& options, uint64_t end) {
+uint64_t target_end(const statistics::ErrorCurve& curve,
+                    const RenderOptions& options,
+                    uint64_t end) {
     // A picture of few samples has not met what is rare
     if (options.target_error <= 0 || curve.is_empty() || end < pilot_samples) return never;
     if (options.needs_sure_target && curve.is_lower()) return never;
-    const ErrorForecast f = curve.forecast(options.target_error);
-    if (f.kind == ErrorForecast::Kind::Reached) return end;
+    const statistics::ErrorForecast f = curve.forecast(options.target_error);
+    if (f.kind == statistics::ErrorForecast::Kind::Reached) return end;
     // How samples are placed is not known before the pilot's end
     const bool is_placing = options.adaptive && end <= pilot_samples;
-    if (f.kind != ErrorForecast::Kind::Known || is_placing) return never;
+    if (f.kind != statistics::ErrorForecast::Kind::Known || is_placing) return never;
     const double unit = double(end) / double(pilot_samples),
                  more = f.samples / curve.points().back().samples_mean - 1;
     const uint64_t stop = end + uint64_t(std::ceil(more * double(end) / unit) * unit);
@@ -479,7 +484,7 @@ RenderResult run_progressive_mode(film::Film& film,
         result.reason = StopReason::TargetError;
         return result;
     }
-    image::LayerChanges layers(film.sums());
+    statistics::LayerChanges layers(film.sums());
     double last_snapshot_s = 0;
     while (result.end_sample < options.end_sample) {
         const uint64_t end =

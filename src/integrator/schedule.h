@@ -2,11 +2,11 @@
 #pragma once
 
 #include "film/film.h"
-#include "image/layer_changes.h"
-#include "integrator/error_curve.h"
 #include "integrator/ray_counts.h"
 #include "integrator/render_options.h"
 #include "integrator/sample_placement.h"
+#include "statistics/error_curve.h"
+#include "statistics/layer_changes.h"
 
 #include <atomic>
 #include <cstdint>
@@ -29,7 +29,8 @@ struct RenderState {
     std::optional<double> left_s;
     std::optional<double> error;
     bool is_upper_error = false, is_lower_error = false;
-    std::optional<ErrorForecast> forecast;  ///< of RenderOptions::forecast_error or target_error
+    std::optional<statistics::ErrorForecast>
+        forecast;  ///< of RenderOptions::forecast_error or target_error
     RayCounts rays;
 };
 
@@ -38,7 +39,7 @@ struct RenderCallbacks {
     std::function<void(const RenderState&)> progress;
     /// Called between passes with every pixel at the same sample index, when an interim picture is
     /// due; with what is known of its error.
-    std::function<void(const film::Film&, const ErrorCurve&)> snapshot;
+    std::function<void(const film::Film&, const statistics::ErrorCurve&)> snapshot;
     /// Asked between passes: true = an interim picture is wanted now, whatever the interval.
     std::function<bool()> snapshot_requested;
     /// Set to stop, each: no further sample is started.
@@ -56,8 +57,8 @@ struct RenderResult {
         true;  ///< false: interrupted inside a pass; pixels differ in how far they are
     double seconds = 0;
     RayCounts rays;
-    ErrorCurve curve;  ///< progressive, at powers of two
-    std::vector<image::LayerNoise>
+    statistics::ErrorCurve curve;  ///< progressive, at powers of two
+    std::vector<statistics::LayerNoise>
         layer_noise;  ///< progressive, once all pixels looked at have doubled
 };
 

@@ -10,7 +10,8 @@
 
 namespace velatura::integrator {
 
-/// A path's segment through participating media: volumes, and what fills bodies (docs/volumes.md).
+/// A path's segment through participating media: volumes, and what fills bodies
+/// (docs/reference/volumes.md).
 class VolumeSegment {
   public:
     VolumeSegment(const TracerContext& context,

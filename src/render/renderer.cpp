@@ -236,7 +236,7 @@ film::Window Renderer::window() const {
     return settings_.window.value_or(film::Window{0, 0, size.width, size.height});
 }
 
-void Renderer::start_film(image::SampleSums sums, std::vector<film::BadSample> bad) {
+void Renderer::start_film(accumulate::SampleSums sums, std::vector<film::BadSample> bad) {
     film_ = std::make_unique<film::Film>(std::move(sums), std::move(bad));
     if (settings_.deep) film_->make_deep(*settings_.deep);
 }
@@ -252,10 +252,10 @@ film::Film Renderer::take_film() {
     return std::move(*taken);
 }
 
-image::FileInfo Renderer::file_info() const {
+layers::FileInfo Renderer::file_info() const {
     const scene::RenderSettings& s = scene_->settings;
     const integrator::WorldOptions size = world_options();
-    image::FileInfo info;
+    layers::FileInfo info;
     info.display = {0, 0, size.width, size.height};
     info.seed = settings_.tracer.seed;
     info.frames_per_second = scene_->frames_per_second;
@@ -267,7 +267,7 @@ image::FileInfo Renderer::file_info() const {
     return info;
 }
 
-Result<image::WriteReport> Renderer::write(const std::string& path) const {
+Result<layers::WriteReport> Renderer::write(const std::string& path) const {
     VELATURA_CHECK(film_ != nullptr, "advance() comes before write()");
     return film_->write(path, file_info());
 }

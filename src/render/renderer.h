@@ -77,7 +77,7 @@ class Renderer {
 
     /// A film that goes on from sums that were stored, in place of an empty one. Before the first
     /// advance().
-    void start_film(image::SampleSums sums, std::vector<film::BadSample> bad);
+    void start_film(accumulate::SampleSums sums, std::vector<film::BadSample> bad);
     /// An empty one. advance() does it where there is none.
     void start_film(const film::FilmOptions& options);
 
@@ -164,11 +164,11 @@ class Renderer {
 
     /// What the renderer knows of a file of its film: picture, camera, seed, what was left out, and
     /// names of mattes. Names and hashes of scene and settings are the caller's to add.
-    image::FileInfo file_info() const;
+    layers::FileInfo file_info() const;
 
     /// The film as EXR of light layers (docs/reference/layers.md), written to a temporary name,
-    /// verified and renamed. Errors: those of image::write_layer_file.
-    Result<image::WriteReport> write(const std::string& path) const;
+    /// verified and renamed. Errors: those of layers::write_layer_file.
+    Result<layers::WriteReport> write(const std::string& path) const;
 
   private:
     integrator::WorldOptions world_options() const;

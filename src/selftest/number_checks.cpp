@@ -200,7 +200,7 @@ Finding sums(uint64_t amount) {
         pixel.add(sample);
     }
     film.end_pixel(pixel);
-    const Long sum = film.sums().total(0, 0, image::AccumulatorTable::beauty).x;
+    const Long sum = film.sums().total(0, 0, accumulate::AccumulatorTable::beauty).x;
     return {fmt::format("sum of {} samples, one of them a flash, relative", count),
             double(std::abs(sum / exact - 1)), 1e-12};
 }

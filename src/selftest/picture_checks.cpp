@@ -3,7 +3,7 @@
 
 #include "base/tasks.h"
 #include "film/film.h"
-#include "image/resolve.h"
+#include "layers/resolve.h"
 #include "lights/light_set.h"
 #include "render/renderer.h"
 #include "sampling/sampler.h"
@@ -135,7 +135,7 @@ std::vector<uint64_t> bits_of(const film::Film& film) {
     for (int y = film.window().y0; y < film.window().y1; ++y) {
         for (int x = film.window().x0; x < film.window().x1; ++x) {
             for (uint32_t a = 0; a < film.sums().table().total_count(); ++a) {
-                const image::Triple t = film.sums().total(x, y, a);
+                const accumulate::Triple t = film.sums().total(x, y, a);
                 for (const double v : {t.x, t.y, t.z})
                     bits.push_back(std::bit_cast<uint64_t>(v + 0.0));
             }
@@ -149,7 +149,8 @@ std::vector<uint64_t> light_bits_of(const film::Film& film) {
     std::vector<uint64_t> bits;
     for (int y = film.window().y0; y < film.window().y1; ++y) {
         for (int x = film.window().x0; x < film.window().x1; ++x) {
-            const image::Triple t = film.sums().total(x, y, image::AccumulatorTable::beauty);
+            const accumulate::Triple t =
+                film.sums().total(x, y, accumulate::AccumulatorTable::beauty);
             for (const double v : {t.x, t.y, t.z}) bits.push_back(std::bit_cast<uint64_t>(v));
         }
     }
@@ -241,7 +242,7 @@ Finding furnace(uint64_t amount) {
 
 Finding layers(uint64_t amount) {
     const film::Film film = render(room(1.0), {.samples = 4 * amount});
-    const image::ResolvedLayers resolved = image::resolve_layers(film.sums());
+    const layers::ResolvedLayers resolved = layers::resolve_layers(film.sums());
     uint64_t different = !resolved.first_failure.empty() || resolved.closure.empty();
     if (different == 0) {
         for (const char* channel : {"R", "G", "B"}) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study/images.h"
 
-#include "image/relative_error.h"
+#include "statistics/relative_error.h"
 #include "study/maps.h"
 
 #include <fmt/format.h>
@@ -64,8 +64,8 @@ Region noisiest_region(const Report& report, const Tallies& tallies, int width, 
     if (!base || base->picture.count < 2) return best;
     std::vector<double> deviation(grid.pixels(), 0.0);
     for (size_t i = 0; i < base->picture.sum.size(); ++i)
-        deviation[i / 3] +=
-            std::sqrt(image::relative_square(base->picture.variance(i), base->picture.mean(i)));
+        deviation[i / 3] += std::sqrt(
+            statistics::relative_square(base->picture.variance(i), base->picture.mean(i)));
 
     // Cells that the part covers, at least one each way
     const auto cells = [](int size, int of, int count) {

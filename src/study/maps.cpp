@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study/maps.h"
 
-#include "image/relative_error.h"
+#include "statistics/relative_error.h"
 
 #include <algorithm>
 #include <array>
@@ -83,7 +83,7 @@ void add_maps(Report& report,
         std::vector<double> squares;
         for (size_t i = 0; i < reference.means.size(); ++i)
             squares.push_back(
-                image::relative_square(base->picture.variance(i), reference.means[i]));
+                statistics::relative_square(base->picture.variance(i), reference.means[i]));
         squares = per_pixel(squares);
         report.concentration = half_in(squares);
         report.maps.push_back(
@@ -104,7 +104,8 @@ void add_maps(Report& report,
         const Moments& d = tallies.settings[s].difference;
         std::vector<double> squares;
         for (size_t i = 0; i < reference.means.size(); ++i)
-            squares.push_back(image::relative_square(d.mean(i) * d.mean(i), reference.means[i]));
+            squares.push_back(
+                statistics::relative_square(d.mean(i) * d.mean(i), reference.means[i]));
         report.maps.push_back(heat_map(
             "bias",
             "Bias by " + settings[s].knob + ", from a 16th of its mean (black) to 16 times (white)",

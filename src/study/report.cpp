@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study/report.h"
 
-#include "image/relative_error.h"
+#include "statistics/relative_error.h"
 #include "study/maps.h"
 #include "study/rows.h"
 
@@ -243,7 +243,7 @@ class Maker {
         double sum = 0;
         for (const double m : reference_.means) {
             const double d = double(float(Imath::half(float(m)))) - m;
-            sum += image::relative_square(d * d, m);
+            sum += statistics::relative_square(d * d, m);
         }
         return reference_.means.empty() ? 0.0 : std::sqrt(sum / double(reference_.means.size()));
     }

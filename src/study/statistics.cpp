@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study/statistics.h"
 
-#include "image/relative_error.h"
+#include "statistics/relative_error.h"
 
 #include <algorithm>
 #include <cmath>
@@ -54,7 +54,7 @@ GroupMeans noise_squares(const Moments& picture, const Reference& reference) {
     GroupMeans squares;
     if (picture.count < 2) return squares;
     for (size_t i = 0; i < picture.sum.size(); ++i)
-        squares.add(i / 3, image::relative_square(picture.variance(i), reference.means[i]));
+        squares.add(i / 3, statistics::relative_square(picture.variance(i), reference.means[i]));
     return squares;
 }
 
@@ -63,8 +63,9 @@ GroupMeans bias_squares(const Moments& difference, const Reference& reference) {
     if (difference.count < 2) return squares;
     for (size_t i = 0; i < difference.sum.size(); ++i) {
         const double d = difference.mean(i);
-        squares.add(i / 3, image::relative_square(d * d - difference.variance(i) / difference.count,
-                                                  reference.means[i]));
+        squares.add(i / 3,
+                    statistics::relative_square(d * d - difference.variance(i) / difference.count,
+                                                reference.means[i]));
     }
     return squares;
 }

@@ -228,8 +228,9 @@ double rms_error(const TestScene& test, SamplerKind sampler, uint64_t samples) {
     double squares = 0;
     for (int y = 0; y < options.size; ++y) {
         for (int x = 0; x < options.size; ++x) {
-            const double difference = a.film.sums().total(x, y, image::AccumulatorTable::beauty).x -
-                                      b.film.sums().total(x, y, image::AccumulatorTable::beauty).x;
+            const double difference =
+                a.film.sums().total(x, y, accumulate::AccumulatorTable::beauty).x -
+                b.film.sums().total(x, y, accumulate::AccumulatorTable::beauty).x;
             squares += difference * difference / (2 * double(samples) * double(samples));
         }
     }
@@ -294,9 +295,10 @@ double relative_variance(const TestScene& test, SelectionKind selection) {
         options.sampler = SamplerKind::Independent;
         const RenderedLayers layers = render(test, options);
         for (int i = 0; i < size * size; ++i) {
-            const double v =
-                layers.film.sums().total(i % size, i / size, image::AccumulatorTable::beauty).x /
-                double(samples);
+            const double v = layers.film.sums()
+                                 .total(i % size, i / size, accumulate::AccumulatorTable::beauty)
+                                 .x /
+                             double(samples);
             sums[size_t(i)][0] += v / runs;
             sums[size_t(i)][1] += v * v / runs;
         }

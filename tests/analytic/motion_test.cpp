@@ -19,8 +19,8 @@ constexpr int size = 64;
 
 /// Radiance of a pixel.
 double pixel(const RenderedLayers& layers, int x, int y) {
-    const image::PixelRecord& record = layers.film.sums().record(x, y);
-    return layers.film.sums().total(x, y, image::AccumulatorTable::beauty).x /
+    const accumulate::PixelRecord& record = layers.film.sums().record(x, y);
+    return layers.film.sums().total(x, y, accumulate::AccumulatorTable::beauty).x /
            double(record.end - record.first);
 }
 
@@ -61,8 +61,8 @@ double uncovered(double x0, double x1, const Edge& edge) {
 bool is_same(const RenderedLayers& a, const RenderedLayers& b) {
     for (int y = 0; y < size; ++y) {
         for (int x = 0; x < size; ++x) {
-            const auto p = a.film.sums().total(x, y, image::AccumulatorTable::beauty);
-            const auto q = b.film.sums().total(x, y, image::AccumulatorTable::beauty);
+            const auto p = a.film.sums().total(x, y, accumulate::AccumulatorTable::beauty);
+            const auto q = b.film.sums().total(x, y, accumulate::AccumulatorTable::beauty);
             if (std::memcmp(&p, &q, sizeof(p)) != 0) return false;
         }
     }

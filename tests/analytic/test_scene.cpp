@@ -203,12 +203,12 @@ Estimate over_pixels(const film::Film& film,
         for (int x = w.x0; x < w.x1; ++x) {
             double v = 0;
             for (const uint32_t a : accumulators) {
-                const image::Triple sum_of_samples = film.sums().total(x, y, a);
+                const accumulate::Triple sum_of_samples = film.sums().total(x, y, a);
                 v += channel == 0   ? sum_of_samples.x
                      : channel == 1 ? sum_of_samples.y
                                     : sum_of_samples.z;
             }
-            const image::PixelRecord& record = film.sums().record(x, y);
+            const accumulate::PixelRecord& record = film.sums().record(x, y);
             v /= double(record.end - record.first);
             sum += v;
             sum_of_squares += v * v;
@@ -245,7 +245,7 @@ Estimate RenderedLayers::bounce(int column, int group, int channel) const {
 }
 
 Estimate RenderedLayers::beauty(int channel) const {
-    return over_pixels(film, {image::AccumulatorTable::beauty}, channel);
+    return over_pixels(film, {accumulate::AccumulatorTable::beauty}, channel);
 }
 
 Estimate RenderedLayers::unoccluded(int group, int channel) const {
@@ -298,8 +298,8 @@ void expect_agreement(const RenderedLayers& a,
     double sum = 0, squares = 0, level = 0;
     for (int y = w.y0; y < w.y1; ++y) {
         for (int x = w.x0; x < w.x1; ++x) {
-            const double mine = a.film.sums().total(x, y, image::AccumulatorTable::beauty).x;
-            const double other = b.film.sums().total(x, y, image::AccumulatorTable::beauty).x;
+            const double mine = a.film.sums().total(x, y, accumulate::AccumulatorTable::beauty).x;
+            const double other = b.film.sums().total(x, y, accumulate::AccumulatorTable::beauty).x;
             sum += mine - other;
             squares += (mine - other) * (mine - other);
             level += other;

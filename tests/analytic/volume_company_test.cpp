@@ -20,8 +20,8 @@ TEST(Volumes, GiveAlphaAndFirstHits) {
     double alpha = 0, weight = 0;
     for (int y = 0; y < 16; ++y)
         for (int x = 0; x < 16; ++x) {
-            const image::Triple t =
-                layers.film.sums().total(x, y, image::AccumulatorTable::coverage);
+            const accumulate::Triple t =
+                layers.film.sums().total(x, y, accumulate::AccumulatorTable::coverage);
             alpha += t.x;
             weight += t.y;
         }

@@ -2,7 +2,7 @@
 // What a render says of its own error: in its output, its statistics and the header of its file.
 #include "command.h"
 #include "image/exr.h"
-#include "image/layer_header.h"
+#include "layers/layer_header.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -29,7 +29,7 @@ Json stats_of(const Workplace& w, const std::string& options, int exit_code = 0)
 Json header_stats(const Workplace& w) {
     const auto image = image::read_exr(w.path("s.exr"));
     if (!image) throw std::runtime_error(image.error().message);
-    return Json::parse(image->text(image::stats_attribute));
+    return Json::parse(image->text(layers::stats_attribute));
 }
 
 }  // namespace

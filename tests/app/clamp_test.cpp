@@ -3,7 +3,7 @@
 // without it.
 #include "command.h"
 #include "image/exr.h"
-#include "image/layer_header.h"
+#include "layers/layer_header.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ namespace {
 
 struct LayerImage {
     image::Image image;
-    image::LayerHeader header;
+    layers::LayerHeader header;
 };
 
 LayerImage render(const Workplace& w, const std::string& options) {
@@ -30,7 +30,7 @@ LayerImage render(const Workplace& w, const std::string& options) {
     EXPECT_EQ(verified.exit_code, 0) << verified.output;
     auto image = image::read_exr(w.path("x.exr"));
     if (!image) throw std::runtime_error(image.error().message);
-    auto header = image::read_layer_header(*image);
+    auto header = layers::read_layer_header(*image);
     if (!header) throw std::runtime_error(header.error().message);
     return {std::move(*image), std::move(*header)};
 }
@@ -50,7 +50,7 @@ TEST(Clamp, GivesBackTheRenderWithoutIt) {
         double taken = 0;
         for (const char* c : {"R", "G", "B"}) {
             std::vector<float> fold(clamped.image.data.pixel_count(), 0.0f);
-            for (const image::LayerEntry& e : free.header.layers) {
+            for (const accumulate::LayerEntry& e : free.header.layers) {
                 const bool is_sum =
                     e.family == "matrix" || e.family == "bounces" || e.family == "groups";
                 const image::Channel* whole = free.image.find(e.name + "." + c);
@@ -76,7 +76,7 @@ TEST(Clamp, GivesBackTheRenderWithoutIt) {
         }
         EXPECT_GT(touched, 6);
         EXPECT_GT(taken, 0.0);
-        for (const image::LayerEntry& e : clamped.header.layers) {
+        for (const accumulate::LayerEntry& e : clamped.header.layers) {
             if (e.family != "clamp") continue;
             EXPECT_EQ("clamp_" + e.of, e.name);
             EXPECT_FALSE(e.in_sum);
@@ -112,7 +112,7 @@ TEST(Clamp, StandsInTheLedger) {
     w.write("s.usda", small_scene());
     const LayerImage clamped = render(w, "--clamp-indirect 0.05"), free = render(w, "");
     const auto find = [](const LayerImage& x) {
-        const auto stats = nlohmann::json::parse(x.image.text(image::stats_attribute));
+        const auto stats = nlohmann::json::parse(x.image.text(layers::stats_attribute));
         for (const auto& line : stats["ledger"])
             if (line["approximation"] == "clamp") return line["removed_share"].get<double>();
         return -1.0;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // `render --deep`: the deep picture against the flat one and the scene.
 #include "command.h"
-#include "image/deep_file.h"
 #include "image/exr.h"
+#include "layers/deep_file.h"
 #include "still_life.h"
 
 #include <fmt/format.h>
@@ -23,12 +23,12 @@ class DeepCommand : public testing::Test {
   protected:
     void SetUp() override { w.write("s.usda", still_life()); }
 
-    image::DeepImage render(const std::string& arguments, const std::string& name = "out") {
+    layers::DeepImage render(const std::string& arguments, const std::string& name = "out") {
         const CommandResult r = w.velatura(fmt::format(
             "render s.usda --res {0} {0} --progress none -q --max-depth 3 --deep -o {1}.exr {2}",
             size, name, arguments));
         EXPECT_EQ(r.exit_code, 0) << r.output;
-        const auto deep = image::read_deep_file(w.path(name + ".deep.exr"));
+        const auto deep = layers::read_deep_file(w.path(name + ".deep.exr"));
         if (!deep) throw std::runtime_error(deep.error().message);
         return *deep;
     }
@@ -37,8 +37,8 @@ class DeepCommand : public testing::Test {
 };
 
 /// Of each pixel, row by row.
-std::vector<std::vector<image::DeepSample>> by_pixel(const image::DeepImage& deep) {
-    std::vector<std::vector<image::DeepSample>> pixels;
+std::vector<std::vector<layers::DeepSample>> by_pixel(const layers::DeepImage& deep) {
+    std::vector<std::vector<layers::DeepSample>> pixels;
     auto next = deep.samples.begin();
     for (const uint32_t count : deep.counts) {
         pixels.emplace_back(next, next + count);
@@ -53,7 +53,7 @@ TEST_F(DeepCommand, FlattensToTheBeautyWithItsBackground) {
     for (const std::string how :
          {"", "--layers none", "--exr-layout single --layers matrix", "--exr-layout split",
           "--crop 0.2 0.9 0.1 0.8 --deep-samples 2", "--filter box --integrator whitted"}) {
-        const image::DeepImage deep = render("--spp 24 " + how);
+        const layers::DeepImage deep = render("--spp 24 " + how);
         const auto flat = image::read_exr(w.path("out.exr"));
         ASSERT_TRUE(flat.has_value());
         EXPECT_EQ(deep.data, flat->data);
@@ -62,7 +62,7 @@ TEST_F(DeepCommand, FlattensToTheBeautyWithItsBackground) {
         const std::array<const char*, 4> names = {"R", "G", "B", "A"};
         for (size_t i = 0; i < pixels.size(); ++i) {
             std::array<float, 4> sum{};
-            for (const image::DeepSample& s : pixels[i]) {
+            for (const layers::DeepSample& s : pixels[i]) {
                 const float left = 1.0f - sum[3];
                 const std::array<float, 4> add = {s.r, s.g, s.b, s.a};
                 for (size_t c = 0; c < 4; ++c) sum[c] += left * add[c];
@@ -143,7 +143,7 @@ def Xform "W"
         const int x = int(i % size), y = int(i / size);
         if (y < 12 || y >= 28 || x < 12 || x >= 28 || std::abs(x - 19.5) < 2) continue;
         double covered = 0, middle = 0;
-        for (const image::DeepSample& s : pixels[i]) {
+        for (const layers::DeepSample& s : pixels[i]) {
             const bool is_segment = s.z_back > s.z || (s.a < 1 && s.a > 0);
             if (is_segment && x < 20) {
                 EXPECT_GE(s.z, 8.0f);
@@ -169,9 +169,9 @@ def Xform "W"
 }
 
 TEST_F(DeepCommand, IsOneHoweverItWasMade) {
-    const image::DeepImage expected = render("--spp 40");
+    const layers::DeepImage expected = render("--spp 40");
     for (const char* how : {"--mode tile --tile 16", "--threads 1", "--snapshot 0.01s"}) {
-        const image::DeepImage other = render(fmt::format("--spp 40 {}", how), "other");
+        const layers::DeepImage other = render(fmt::format("--spp 40 {}", how), "other");
         EXPECT_EQ(other.counts, expected.counts) << how;
         EXPECT_EQ(other.samples, expected.samples) << how;
     }

@@ -2,7 +2,7 @@
 // The effect plan from the outside: `velatura plan`, `--effects`, header and statistics.
 #include "command.h"
 #include "image/exr.h"
-#include "image/layer_header.h"
+#include "layers/layer_header.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -56,7 +56,7 @@ class EffectsCommand : public testing::Test {
     json header_plan(const std::string& file) const {
         const Result<image::Image> image = image::read_exr(w.path(file));
         EXPECT_TRUE(image.has_value());
-        const std::string text = image ? image->text(image::plan_attribute) : std::string();
+        const std::string text = image ? image->text(layers::plan_attribute) : std::string();
         EXPECT_FALSE(text.empty());
         return text.empty() ? json() : json::parse(text);
     }

@@ -3,7 +3,7 @@
 // tests/transport's.
 #include "command.h"
 #include "image/exr.h"
-#include "image/layer_header.h"
+#include "layers/layer_header.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -68,7 +68,7 @@ class EstimatorOptions : public testing::Test {
     /// Of the file's header.
     nlohmann::json stats(const std::string& file) const {
         const Result<image::Image> image = image::read_exr(w.path(file));
-        return image ? nlohmann::json::parse(image->text(image::stats_attribute))
+        return image ? nlohmann::json::parse(image->text(layers::stats_attribute))
                      : nlohmann::json();
     }
 

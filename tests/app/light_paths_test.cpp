@@ -6,7 +6,7 @@
 #include "command.h"
 #include "film/cryptomatte_decoder.h"
 #include "image/exr.h"
-#include "image/layer_header.h"
+#include "layers/layer_header.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -172,11 +172,11 @@ TEST_F(LightPathLayers, GiveEveryLayerByItsOwnExpression) {
                                   "--clamp-indirect 0.05 --clamp-direct 0.5 "}) {
         SCOPED_TRACE(how);
         const image::Image plain = render(small_scene(), common + how);
-        const Result<image::LayerHeader> header = image::read_layer_header(plain);
+        const Result<layers::LayerHeader> header = layers::read_layer_header(plain);
         ASSERT_TRUE(header.has_value());
         std::string options;
         std::vector<std::string> names;
-        for (const image::LayerEntry& e : header->layers) {
+        for (const accumulate::LayerEntry& e : header->layers) {
             if (e.lpe.empty() || e.name == "rgba" || e.is_empty) continue;
             options += fmt::format("--lpe \"x{}={}\" ", names.size(), e.lpe);
             names.push_back(e.name);
@@ -564,10 +564,10 @@ TEST_F(LightPathLayers, NamesNeverClash) {
                             "--keep-sums --cryptomatte object --layers none"}) {
         const image::Image image =
             render(small_scene(), fmt::format("--spp 4 {} {}", how, options));
-        const Result<image::LayerHeader> header = image::read_layer_header(image);
+        const Result<layers::LayerHeader> header = layers::read_layer_header(image);
         ASSERT_TRUE(header.has_value());
         size_t found = 0;
-        for (const image::LayerEntry& e : header->layers) {
+        for (const accumulate::LayerEntry& e : header->layers) {
             if (e.family != "paths") continue;
             ++found;
             EXPECT_EQ(layer(image, e.name), layer(image, "layer_U_key")) << e.name;

@@ -4,8 +4,8 @@
 #include "base/atomic_file.h"
 #include "command.h"
 #include "image/exr.h"
-#include "image/layer_header.h"
-#include "image/sums_part.h"
+#include "layers/layer_header.h"
+#include "layers/sums_part.h"
 #include "stored_zip.h"
 
 #include <fmt/format.h>
@@ -168,7 +168,7 @@ TEST_F(Resume, GoesOnFromASnapshot) {
         ASSERT_EQ(std::system(line.c_str()), 0);
         ASSERT_TRUE(w.exists("part.exr")) << often;
         const uint64_t end =
-            image::read_layer_header(*image::read_exr(w.path("part.exr")))->samples.end;
+            layers::read_layer_header(*image::read_exr(w.path("part.exr")))->samples.end;
         std::printf("%s: stopped after %d of 600 samples\n", often, int(end));
         render(fmt::format("--spp 600 --snapshot 1s --resume -o part.exr"));
         expect_same_file("part.exr", "whole.exr", often);
@@ -197,7 +197,7 @@ TEST_F(Resume, ASnapshotThatIsFinishedKeepsNoSums) {
         render(fmt::format("--spp 8 {} -o out.exr", c.options));
         const Result<image::Image> file = image::read_exr(w.path("out.exr"));
         ASSERT_TRUE(file.has_value());
-        EXPECT_EQ(image::read_sums(*file).has_value(), c.has_sums) << c.options;
+        EXPECT_EQ(layers::read_sums(*file).has_value(), c.has_sums) << c.options;
         EXPECT_EQ(w.hash("out.exr"), w.hash("plain.exr")) << c.options;
     }
     // Of one that is stopped by a signal they are there, whether an interim image came or not
@@ -211,7 +211,7 @@ TEST_F(Resume, ASnapshotThatIsFinishedKeepsNoSums) {
     EXPECT_EQ(WEXITSTATUS(status), 128 + SIGTERM);
     const Result<image::Image> file = image::read_exr(w.path("stopped.exr"));
     ASSERT_TRUE(file.has_value());
-    EXPECT_TRUE(image::read_sums(*file).has_value());
+    EXPECT_TRUE(layers::read_sums(*file).has_value());
 }
 
 TEST_F(Resume, BudgetsLeaveFilesThatGoOn) {
@@ -222,7 +222,7 @@ TEST_F(Resume, BudgetsLeaveFilesThatGoOn) {
     EXPECT_EQ(again.exit_code, 0) << again.output;
     const Result<image::Image> file = image::read_exr(w.path("part.exr"));
     ASSERT_TRUE(file.has_value());
-    const uint64_t end = image::read_layer_header(*file)->samples.end;
+    const uint64_t end = layers::read_layer_header(*file)->samples.end;
     EXPECT_EQ(w.comp("verify part.exr").exit_code, 0);
     EXPECT_GT(end, 1u);
 }
@@ -235,7 +235,7 @@ TEST_F(Resume, ATargetThatWasReachedStays) {
         const std::string whole = fmt::format("{} --adaptive {}", command, adaptive);
         render(whole);
         const uint64_t end =
-            image::read_layer_header(*image::read_exr(w.path("part.exr")))->samples.end;
+            layers::read_layer_header(*image::read_exr(w.path("part.exr")))->samples.end;
         EXPECT_LT(end, 4096u);
         const std::string before = bytes("part.exr");
         render(whole);
@@ -359,7 +359,7 @@ TEST_F(Resume, RefusesFilesThatItCannotGoOnFrom) {
     // Damaged sums, another build, no word of the build
     Result<image::Image> file = image::read_exr(w.path("part.exr"));
     ASSERT_TRUE(file.has_value());
-    auto& text = std::get<std::string>(file->attributes[image::settings_attribute]);
+    auto& text = std::get<std::string>(file->attributes[layers::settings_attribute]);
     nlohmann::ordered_json settings = nlohmann::ordered_json::parse(text);
     settings["build"] = "0123456789abcdef";
     text = settings.dump();

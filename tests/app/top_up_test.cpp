@@ -3,7 +3,7 @@
 #include "base/atomic_file.h"
 #include "command.h"
 #include "image/exr.h"
-#include "image/layer_header.h"
+#include "layers/layer_header.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -85,7 +85,7 @@ TEST_F(TopUpCommands, OneFileHoweverTheRequestIsServed) {
     }
     // The header says for which look; --spp beats the request
     const Result<image::Image> file = image::read_exr(w.path("whole.exr"));
-    const nlohmann::json settings = nlohmann::json::parse(file->text(image::settings_attribute));
+    const nlohmann::json settings = nlohmann::json::parse(file->text(layers::settings_attribute));
     ASSERT_EQ(settings.at("topUps").size(), 1u);
     EXPECT_EQ(settings["topUps"][0].at("look"), request.at("look"));
     render("--resume --for-mix look.json --spp 100 -o other.exr");

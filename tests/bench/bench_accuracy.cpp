@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // What renders say of their error, against what many of them show: the error stated, the samples
 // forecast for smaller ones, intervals of blocks of 8×8 pixels, and where --target-error stops.
-#include "image/block_errors.h"
-#include "image/pixel_means.h"
+#include "accumulate/pixel_means.h"
 #include "parse_options.h"
+#include "statistics/block_errors.h"
 #include "transport/transport_scene.h"
 
 #include <fmt/format.h>
@@ -31,7 +31,7 @@ struct Options {
 };
 
 Pixels pixels_of(const film::Film& film) {
-    const std::vector<float> rgba = image::resolve_rgba(film.sums());
+    const std::vector<float> rgba = accumulate::resolve_rgba(film.sums());
     Pixels pixels;
     for (size_t i = 0; i < rgba.size(); i += 4)
         pixels.insert(pixels.end(), {double(rgba[i]), double(rgba[i + 1]), double(rgba[i + 2])});
@@ -42,15 +42,15 @@ Pixels pixels_of(const film::Film& film) {
 /// at the early one.
 struct Way {
     std::map<uint64_t, Pixels> pictures;
-    std::map<uint64_t, std::vector<image::BlockError>> blocks;
-    integrator::ErrorCurve curve;
+    std::map<uint64_t, std::vector<statistics::BlockError>> blocks;
+    statistics::ErrorCurve curve;
     std::map<uint64_t, double> error;  ///< √relMSE of this very picture, against all other renders
 
-    void see(const film::Film& film, const integrator::ErrorCurve& known, uint64_t samples) {
+    void see(const film::Film& film, const statistics::ErrorCurve& known, uint64_t samples) {
         pictures[samples] = pixels_of(film);
         if (samples == early) curve = known;
         if (samples == early || samples == late)
-            blocks[samples] = image::block_errors(film.sums(), known.slope().value).value();
+            blocks[samples] = statistics::block_errors(film.sums(), known.slope().value).value();
     }
 };
 
@@ -59,7 +59,7 @@ Way render(TransportRenderer& renderer, uint64_t seed) {
     uint64_t pass = 0;
     TransportRenderer::Placement placement;
     // Passes end at 1, 2, 4, …
-    placement.after_pass = [&](const film::Film& film, const integrator::ErrorCurve& known) {
+    placement.after_pass = [&](const film::Film& film, const statistics::ErrorCurve& known) {
         const uint64_t samples = uint64_t(1) << pass++;
         if (std::find(counts.begin(), counts.end(), samples) != counts.end())
             way.see(film, known, samples);
@@ -122,7 +122,7 @@ void print_stated(const std::vector<Way>& ways) {
     std::vector<double> ratios, slopes, found;
     int inside = 0;
     for (const Way& w : ways) {
-        const image::RelativeError e = w.curve.error_at(double(early));
+        const statistics::RelativeError e = w.curve.error_at(double(early));
         const double own = w.error.at(early);
         ratios.push_back(e.value / own);
         slopes.push_back(w.curve.slope().value);
@@ -142,12 +142,12 @@ void print_forecasts(const std::vector<Way>& ways) {
         std::vector<double> logarithms;
         int near = 0, inside = 0;
         for (const Way& w : ways) {
-            const integrator::ErrorForecast f = w.curve.forecast(w.error.at(n));
-            using Kind = integrator::ErrorForecast::Kind;
+            const statistics::ErrorForecast f = w.curve.forecast(w.error.at(n));
+            using Kind = statistics::ErrorForecast::Kind;
             if (f.kind == Kind::Rare) continue;
             const double samples = f.kind == Kind::Reached ? double(early)
                                    : f.kind == Kind::TooFar
-                                       ? integrator::ErrorCurve::farthest * double(early)
+                                       ? statistics::ErrorCurve::farthest * double(early)
                                        : f.samples;
             logarithms.push_back(std::log(samples / double(n)));
             near += std::abs(samples / double(n) - 1) <= 0.1;
@@ -173,7 +173,7 @@ void print_coverage(const std::vector<Way>& ways, const Truth& truth, uint64_t s
     const auto n = double(ways.size());
     uint64_t inside = 0, count = 0, uncertain = 0, blocks = 0;
     for (const Way& w : ways) {
-        for (const image::BlockError& b : w.blocks.at(samples)) {
+        for (const statistics::BlockError& b : w.blocks.at(samples)) {
             ++blocks;
             uncertain += b.is_uncertain();
             for (size_t c = 0; c < 3; ++c) {

@@ -6,8 +6,8 @@
 #include "compositor/mix.h"
 #include "cpu_clock.h"
 #include "image/exr.h"
-#include "image/layer_file.h"
-#include "image/layer_header.h"
+#include "layers/layer_file.h"
+#include "layers/layer_header.h"
 #include "parse_options.h"
 
 #include <fmt/format.h>
@@ -64,11 +64,11 @@ image::Channel noisy_channel(const Size& size, const std::string& name, uint32_t
 Result<void> make_file(const std::string& path, const Size& size, int layers) {
     image::Image picture;
     picture.data = {0, 0, size.width, size.height};
-    image::ResolvedLayers resolved;
-    image::FamilyClosure closure;
+    layers::ResolvedLayers resolved;
+    layers::FamilyClosure closure;
     closure.family = "matrix";
     closure.is_exact = true;
-    image::LayerSet set;
+    accumulate::LayerSet set;
     image::Part rgba, matrix;
     rgba.name = "rgba";
     matrix.name = "matrix";
@@ -77,7 +77,7 @@ Result<void> make_file(const std::string& path, const Size& size, int layers) {
         rgba.channels.push_back(image::Channel::make(name, image::ChannelType::Float, pixels));
     const auto add_entry = [&](const std::string& name, const std::string& bounce,
                                const std::string& group) {
-        image::LayerEntry& entry = resolved.layers.emplace_back();
+        accumulate::LayerEntry& entry = resolved.layers.emplace_back();
         entry.name = name;
         entry.family = name == "rgba" ? "beauty" : "matrix";
         entry.part = name == "rgba" ? "rgba" : "matrix";
@@ -108,9 +108,9 @@ Result<void> make_file(const std::string& path, const Size& size, int layers) {
     resolved.closure.push_back(std::move(closure));
     picture.parts.push_back(std::move(rgba));
     picture.parts.push_back(std::move(matrix));
-    image::FileInfo info;
+    layers::FileInfo info;
     info.display = picture.data;
-    image::write_layer_header(picture, resolved, set, {}, info);
+    layers::write_layer_header(picture, resolved, set, {}, info);
     return image::write_exr(path, picture);
 }
 
@@ -128,7 +128,7 @@ compositor::Look look_of_all_rows() {
 
 image::Image mix(const std::string& path) {
     const compositor::Look look = look_of_all_rows();
-    const auto file = image::StripReader::open(path);
+    const auto file = layers::StripReader::open(path);
     if (!file) give_up(file.error());
     const auto layout = compositor::LayerStack::describe(*file, path);
     if (!layout) give_up(layout.error());
@@ -210,7 +210,7 @@ int main(int argc, char** argv) {
     app.add_option("--child", child, "").expected(2).hidden();
     if (const auto code = bench::parse_options(app, argc, argv)) return *code;
     if (!child.empty()) {
-        const auto written = image::write_image_file(child[1], mix(child[0]));
+        const auto written = layers::write_image_file(child[1], mix(child[0]));
         if (!written) give_up(written.error());
         fmt::print("{}\n", peak_megabytes());
         return 0;
@@ -234,7 +234,7 @@ int main(int argc, char** argv) {
         image::Image mixed;
         mixing.add([&] { mixed = mix(files[1]); });
         writing.add([&] {
-            if (auto written = image::write_image_file(output, mixed); !written)
+            if (auto written = layers::write_image_file(output, mixed); !written)
                 give_up(written.error());
         });
         if (!std::isfinite(sum)) give_up({"sum", "the file is damaged"});

@@ -56,7 +56,8 @@ Picture render(const scene::Scene& scene, media::Majorants majorants, uint64_t s
         double(result.rays.effects.of(scene::Effect::Volumes)) / double(result.rays.paths);
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
-            const image::Triple t = film.sums().total(x, y, image::AccumulatorTable::beauty);
+            const accumulate::Triple t =
+                film.sums().total(x, y, accumulate::AccumulatorTable::beauty);
             for (const double v : {t.x, t.y, t.z}) picture.beauty.push_back(v / double(samples));
         }
     return picture;

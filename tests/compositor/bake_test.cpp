@@ -15,8 +15,8 @@ namespace {
 
 using enum Control::Kind;
 
-image::LightValues light(const std::string& path, double intensity, double exposure) {
-    image::LightValues v;
+layers::LightValues light(const std::string& path, double intensity, double exposure) {
+    layers::LightValues v;
     v.path = path;
     v.type = "RectLight";
     v.intensity = intensity;
@@ -107,7 +107,7 @@ TEST(BakeLook, GainsOfALightMultiplyItsRadiance) {
     const auto bake = bake_look(stack, look);
     ASSERT_TRUE(bake.has_value());
     const BakedLight& key = *find(*bake, "/World/Key");
-    const image::LightValues& base = stack.header().light_values[0];
+    const layers::LightValues& base = stack.header().light_values[0];
     const auto tint = kelvin_tint(4000);
     for (size_t c = 0; c < 3; ++c) {
         const double before = base.color[c] * base.intensity * std::exp2(base.exposure);

@@ -7,7 +7,7 @@
 #include "compositor/mix_job.h"
 #include "compositor/test_stack.h"
 #include "image/exr.h"
-#include "image/layer_file.h"
+#include "layers/layer_file.h"
 
 #include <OpenEXR/ImfBoxAttribute.h>
 #include <OpenEXR/ImfChannelList.h>
@@ -120,7 +120,7 @@ TEST(Carried, TypesThatAreNotKnownKeepTheirBytes) {
     const image::OtherAttribute secret{"hal9000", std::string("\0\1\2\xff odd", 8)};
     image.attributes["studio/secret"] = secret;
     const std::string path = path_of("unknown.exr"), mixed = path_of("unknown_mixed.exr");
-    ASSERT_TRUE(image::write_image_file(path, image).has_value());
+    ASSERT_TRUE(layers::write_image_file(path, image).has_value());
     ASSERT_TRUE(mix_one({}, {path}, mixed, {}, 1).has_value());
     const auto reader = image::ExrReader::open(mixed);
     ASSERT_TRUE(reader.has_value());
@@ -134,13 +134,13 @@ TEST(Carried, WhatDescribesPixelsThatAreGoneGoesWithThem) {
                                     {"cryptomatte/0000000/name", std::string("y")},
                                     {"velatura/plan", std::string("{}")},
                                     {"preview", image::OtherAttribute{"preview", "12345678"}}};
-    EXPECT_EQ(image::carried_attributes(attributes),
+    EXPECT_EQ(layers::carried_attributes(attributes),
               (image::Attributes{{"owner", std::string("x")}}));
 }
 
 /// Of a render: attributes that another program added after it.
 image::Image tagged(const std::string& path) {
-    auto image = image::read_layer_file(path);
+    auto image = layers::read_layer_file(path);
     EXPECT_TRUE(image.has_value());
     image->attributes["owner"] = std::string("studio");
     image->attributes["timeCode"] =
@@ -165,7 +165,7 @@ TEST(Carried, DenoiseMixAndMergeKeepTags) {
         info.store_sums = true;
         const std::string path = path_of(std::string(name) + ".exr");
         ASSERT_TRUE(film.write(path, info).has_value());
-        ASSERT_TRUE(image::write_image_file(path, tagged(path)).has_value());
+        ASSERT_TRUE(layers::write_image_file(path, tagged(path)).has_value());
         parts.push_back(path);
     }
     const auto stack = LayerStack::load(parts[0]);
@@ -177,7 +177,7 @@ TEST(Carried, DenoiseMixAndMergeKeepTags) {
     expect_tags(apply_mix(*stack, *plan_mix(*stack, {}), {}, true));
     const std::string merged = path_of("merged.exr");
     ASSERT_TRUE(merge_files(parts, merged, false).has_value());
-    expect_tags(*image::read_layer_file(merged));
+    expect_tags(*layers::read_layer_file(merged));
 }
 
 /// 2 × 3e38 is beyond 3.4e38: a gain that overflows is told, and refused where that is asked for.

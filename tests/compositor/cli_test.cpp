@@ -6,7 +6,7 @@
 #include "hard_case.h"
 #include "image/exr.h"
 #include "image/formats.h"
-#include "image/layer_file.h"
+#include "layers/layer_file.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -98,7 +98,7 @@ TEST_F(Cli, VerifyPassesAndFailsWithFourAfterOneChange) {
                 ++families;
             }
         }
-        ASSERT_TRUE(image::write_image_file(file("changed.exr"), *image).has_value());
+        ASSERT_TRUE(layers::write_image_file(file("changed.exr"), *image).has_value());
         const Outcome run = comp("verify " + file("changed.exr"));
         EXPECT_EQ(run.code, 4) << name << ": " << run.output;
         EXPECT_NE(run.output.find("verify-failed"), std::string::npos);

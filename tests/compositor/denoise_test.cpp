@@ -5,7 +5,7 @@
 #include "compositor/noise.h"
 #include "compositor/test_stack.h"
 #include "image/digest.h"
-#include "image/layer_check.h"
+#include "layers/layer_check.h"
 
 #include <gtest/gtest.h>
 
@@ -46,12 +46,12 @@ struct Truth {
 
 constexpr const char* finest[] = {"b0_key", "b1_key", "b1_fill", "b2_key", "b2_fill"};
 
-image::LayerEntry entry(const std::string& name,
-                        const std::string& family,
-                        const std::string& bounce = {},
-                        const std::string& group = {},
-                        const std::string& of = {}) {
-    image::LayerEntry e;
+accumulate::LayerEntry entry(const std::string& name,
+                             const std::string& family,
+                             const std::string& bounce = {},
+                             const std::string& group = {},
+                             const std::string& of = {}) {
+    accumulate::LayerEntry e;
     e.name = name;
     e.family = family;
     e.bounce = bounce;
@@ -62,8 +62,8 @@ image::LayerEntry entry(const std::string& name,
 }
 
 void set(image::Image& image,
-         image::ResolvedLayers& resolved,
-         image::LayerEntry e,
+         layers::ResolvedLayers& resolved,
+         accumulate::LayerEntry e,
          const std::string& part,
          ChannelType type,
          const std::vector<std::string>& suffixes,
@@ -130,7 +130,7 @@ LayerStack make_stack(const Made& made) {
     const std::vector<std::string> rgb = {".R", ".G", ".B"};
     image::Image image;
     image.data = image.display = window;
-    image::ResolvedLayers resolved;
+    layers::ResolvedLayers resolved;
     set(image, resolved, entry("rgba", "beauty"), "rgba", ChannelType::Float, {"R", "G", "B", "A"},
         [](size_t, int, int) { return 1.0f; });
     std::vector<std::pair<std::string, std::function<float(int, size_t, int, int)>>> layers;
@@ -192,13 +192,13 @@ LayerStack make_stack(const Made& made) {
         }
     }
     for (const char* family : {"matrix", "groups"}) {
-        image::FamilyClosure closure;
+        layers::FamilyClosure closure;
         closure.family = family;
-        for (const image::LayerEntry& e : resolved.layers) {
+        for (const accumulate::LayerEntry& e : resolved.layers) {
             if (e.family == family) closure.order.push_back(e.name);
         }
         closure.is_exact = resolved.closure.empty();
-        image::set_bound(closure, closure.order.size(), made.type == ChannelType::Half);
+        layers::set_bound(closure, closure.order.size(), made.type == ChannelType::Half);
         resolved.closure.push_back(std::move(closure));
     }
     for (size_t c = 0; c < 3; ++c) {
@@ -208,15 +208,15 @@ LayerStack make_stack(const Made& made) {
             image::for_each_value(*image.find(layer + rgb[c]),
                                   [&](size_t i, float v) { beauty[i] += v; });
     }
-    const auto channels = image::channels_by_layer(image);
-    for (image::LayerEntry& e : resolved.layers)
+    const auto channels = layers::channels_by_layer(image);
+    for (accumulate::LayerEntry& e : resolved.layers)
         e.digest = image::digest_of(window, channels.at(e.name));
-    image::LayerSet layer_set;
+    accumulate::LayerSet layer_set;
     layer_set.groups = {{"key", {"/key"}, false}, {"fill", {"/fill"}, false}};
-    image::write_layer_header(image, resolved, layer_set, {}, {});
+    layers::write_layer_header(image, resolved, layer_set, {}, {});
     auto stack = LayerStack::from_image(std::move(image));
     EXPECT_TRUE(stack.has_value());
-    EXPECT_TRUE(image::check_layers(stack->image(), stack->header()).is_good());
+    EXPECT_TRUE(layers::check_layers(stack->image(), stack->header()).is_good());
     return std::move(*stack);
 }
 
@@ -255,7 +255,7 @@ double error_of_mix(const LayerStack& stack, const Look& look) {
 TEST(Denoise, LayersAddUpToTheBeautyByteForByte) {
     for (const ChannelType type : {ChannelType::Float, ChannelType::Half}) {
         const LayerStack out = denoised(make_stack({.type = type}));
-        EXPECT_TRUE(image::check_layers(out.image(), out.header()).problems.empty());
+        EXPECT_TRUE(layers::check_layers(out.image(), out.header()).problems.empty());
         for (size_t c = 0; c < 3; ++c) {
             for (size_t i = 0; i < window.pixel_count(); ++i) {
                 float fold = 0;
@@ -383,7 +383,7 @@ TEST(Denoise, IsToldInTheFileAndDoneOnce) {
     DenoiseReport report;
     const LayerStack out = denoised(make_stack({}), report);
     EXPECT_NE(out.image().text("velatura/denoise").find("velatura.denoise/1"), std::string::npos);
-    EXPECT_NE(out.image().text(image::stats_attribute).find("denoised"), std::string::npos);
+    EXPECT_NE(out.image().text(layers::stats_attribute).find("denoised"), std::string::npos);
     EXPECT_NEAR(report.energy_ratio, 1, 0.02);
     const auto twice = denoise(out, report);
     ASSERT_FALSE(twice.has_value());

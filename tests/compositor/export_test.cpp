@@ -7,7 +7,7 @@
 #include "compositor/mix.h"
 #include "compositor/test_stack.h"
 #include "image/exr.h"
-#include "image/layer_file.h"
+#include "layers/layer_file.h"
 
 #include <gtest/gtest.h>
 
@@ -40,7 +40,7 @@ struct Mixed {
     MixRecipe recipe;
     image::Image expected;
 
-    explicit Mixed(image::Layout layout = image::Layout::MultiPart)
+    explicit Mixed(layers::Layout layout = layers::Layout::MultiPart)
         : stack([&] {
               film::FileInfo info;
               info.layout = layout;
@@ -71,7 +71,7 @@ void expect_same(const image::Image& a, const image::Image& b) {
 TEST(Export, OiiotoolRebuildsTheMixBitForBit) {
     if (std::system("oiiotool --version >/dev/null 2>&1") != 0)
         GTEST_SKIP() << "no oiiotool on this machine";
-    for (const auto layout : {image::Layout::MultiPart, image::Layout::SinglePart}) {
+    for (const auto layout : {layers::Layout::MultiPart, layers::Layout::SinglePart}) {
         const Mixed mixed(layout);
         ASSERT_TRUE(write_file_atomically(file("mix.sh"), oiio_script(mixed.recipe)).has_value());
         const std::string command = "sh " + file("mix.sh") + " " + "\"" + file("it's \\$HOME.exr") +
@@ -348,7 +348,7 @@ TEST(Export, AllMutedIsBlackAndSplitFilesAreRefused) {
     ASSERT_EQ(recipe->terms.size(), 1u);
     EXPECT_EQ(recipe->terms[0].gain, (std::array<float, 3>{0, 0, 0}));
     film::FileInfo info;
-    info.layout = image::Layout::Split;
+    info.layout = layers::Layout::Split;
     ASSERT_TRUE(rendered().write(file("split.exr"), info).has_value());
     const auto split = LayerStack::load(file("split.exr"));
     ASSERT_TRUE(split.has_value());
@@ -370,7 +370,7 @@ TEST(Export, WhatAClampTookIsALayerOfItsOwnAndMattesAreRefused) {
 
     Look matted = look_of({{Gain, "key=2"}});
     const std::string mask = file("mask.exr");
-    ASSERT_TRUE(image::write_image_file(mask, made_layers()).has_value());
+    ASSERT_TRUE(layers::write_image_file(mask, made_layers()).has_value());
     matted.controls[0].matte = mask + ":A";
     const auto inside = plan_mix(*stack, matted);
     ASSERT_TRUE(inside.has_value()) << inside.error().message;

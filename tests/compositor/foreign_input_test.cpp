@@ -55,7 +55,7 @@ LayerStack plain(const image::Image& image, const std::string& view = "") {
 
 Names layers_of(const LayerStack& stack, const char* family) {
     Names names;
-    for (const image::LayerEntry& e : stack.header().layers)
+    for (const accumulate::LayerEntry& e : stack.header().layers)
         if (e.family == family) names.push_back(e.name);
     return names;
 }

@@ -7,8 +7,8 @@
 #include "compositor/mix_job.h"
 #include "compositor/test_stack.h"
 #include "film/cryptomatte_decoder.h"
-#include "image/cryptomatte.h"
 #include "image/exr.h"
+#include "layers/cryptomatte.h"
 
 #include <gtest/gtest.h>
 
@@ -123,7 +123,7 @@ TEST(ForeignMattes, DamagedManifestsGiveWhatTheyHold) {
         {"", 0}};
     for (const auto& [text, least] : damaged) {
         const LayerStack stack = stack_of(scene("crypto_object", text));
-        const auto mattes = image::cryptomattes_of(stack.image(), stack.path());
+        const auto mattes = layers::cryptomattes_of(stack.image(), stack.path());
         ASSERT_EQ(mattes.size(), 1u);
         EXPECT_GE(mattes[0].names.size(), least) << text.substr(0, 40);
         EXPECT_FALSE(mattes[0].fault.empty());
@@ -145,7 +145,7 @@ TEST(ForeignMattes, ManifestsBesideTheFileAreRead) {
     for (const char* outside : {"/etc/passwd", "../x.json", "gone.json"}) {
         image.attributes["cryptomatte/1234567/manif_file"] = std::string(outside);
         const LayerStack stack = stack_of(image);
-        const auto mattes = image::cryptomattes_of(stack.image(), stack.path());
+        const auto mattes = layers::cryptomattes_of(stack.image(), stack.path());
         EXPECT_TRUE(mattes[0].names.empty());
         EXPECT_NE(mattes[0].fault.find(outside), std::string::npos) << mattes[0].fault;
     }

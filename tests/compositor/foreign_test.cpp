@@ -6,7 +6,7 @@
 #include "compositor/mix_job.h"
 #include "compositor/test_stack.h"
 #include "image/exr.h"
-#include "image/layer_check.h"
+#include "layers/layer_check.h"
 
 #include <gtest/gtest.h>
 
@@ -55,7 +55,7 @@ TEST(Foreign, LayersAreRowsAndRestIsWhatTheyLeave) {
     // The result is a file of Velatura
     const auto again = LayerStack::from_image(mixed(stack, {}));
     ASSERT_TRUE(again.has_value());
-    EXPECT_TRUE(image::check_layers(again->image(), again->header()).is_good());
+    EXPECT_TRUE(layers::check_layers(again->image(), again->header()).is_good());
 }
 
 TEST(Foreign, PartsWithBareChannelsAreLayersByTheirNames) {
@@ -94,7 +94,7 @@ TEST(Foreign, AMattedRowIsReadOnceFromItsFile) {
     }
     const std::string path = film::temporary_file("matted_row.exr");
     ASSERT_TRUE(image::write_exr(path, image).has_value());
-    const auto file = image::StripReader::open(path);
+    const auto file = layers::StripReader::open(path);
     ASSERT_TRUE(file.has_value());
     const auto layout = LayerStack::describe(*file, path, ForeignFiles::Plain);
     Look look = look_of({{Gain, "key=3"}});
@@ -146,12 +146,12 @@ TEST(Damaged, ALayerFileOfAnotherSizeIsRefused) {
     film::render(film, 0, 2);
     const std::string path = film::temporary_file("sizes.exr");
     film::FileInfo info;
-    info.layout = image::Layout::Split;
+    info.layout = layers::Layout::Split;
     ASSERT_TRUE(film.write(path, info).has_value());
     ASSERT_TRUE(LayerStack::load(path).has_value());
     const image::Image other = made_foreign({{"", {"C_key.R", "C_key.G", "C_key.B"}}});
     ASSERT_TRUE(image::write_exr(film::temporary_file("sizes.C_key.exr"), other).has_value());
-    const auto refused = image::StripReader::open(path);
+    const auto refused = layers::StripReader::open(path);
     ASSERT_FALSE(refused.has_value());
     EXPECT_NE(refused.error().message.find("sizes.C_key.exr"), std::string::npos);
 }
@@ -229,13 +229,13 @@ TEST(MixJob, AFileGivesTheBitsOfTheImageInMemory) {
     film::render(film, 0, 4);
     const Look look = look_of(
         {{Gain, "indirect=+1.3st"}, {Shadow, "fill=0.3"}, {Tint, "key=1,.9,.8"}, {Mute, "sky"}});
-    for (const image::Layout layout :
-         {image::Layout::MultiPart, image::Layout::SinglePart, image::Layout::Split}) {
+    for (const layers::Layout layout :
+         {layers::Layout::MultiPart, layers::Layout::SinglePart, layers::Layout::Split}) {
         const std::string path = film::temporary_file("laid_out.exr");
         film::FileInfo info;
         info.layout = layout;
         ASSERT_TRUE(film.write(path, info).has_value());
-        const auto file = image::StripReader::open(path);
+        const auto file = layers::StripReader::open(path);
         ASSERT_TRUE(file.has_value());
         const auto layers = LayerStack::describe(*file, path), stack = LayerStack::load(path);
         for (const bool with_layers : {false, true}) {

@@ -31,7 +31,7 @@ float made_value(const std::string& channel, size_t pixel) {
 image::Image made_layers() {
     image::Image image;
     image.data = image.display = window;
-    image::ResolvedLayers resolved;
+    layers::ResolvedLayers resolved;
     image::Part rgba, matrix, others;
     rgba.name = "rgba";
     matrix.name = "matrix";
@@ -39,7 +39,7 @@ image::Image made_layers() {
     const auto add = [&](image::Part& part, const std::string& name, const char* family,
                          const std::string& bounce, const std::string& group,
                          const std::string& of) {
-        image::LayerEntry& e = resolved.layers.emplace_back();
+        accumulate::LayerEntry& e = resolved.layers.emplace_back();
         e.name = name;
         e.family = family;
         e.part = part.name;
@@ -54,17 +54,17 @@ image::Image made_layers() {
     resolved.layers[0].family = "beauty";
     resolved.layers[0].part = "rgba";
     resolved.layers[0].type = "float";
-    image::FamilyClosure closure;
+    layers::FamilyClosure closure;
     closure.family = "matrix";
     closure.is_exact = true;
-    image::LayerSet set;
+    accumulate::LayerSet set;
     for (const char* group : {"key", "fill"}) {
         set.groups.push_back({group, {}, false});
         for (const char* bounce : {"b0", "b1", "tail"}) {
             const std::string name = std::string(bounce) + "_" + group;
             // Black as rendered: the clamp took all of it
             if (name == "b0_fill") {
-                image::LayerEntry& e = resolved.layers.emplace_back();
+                accumulate::LayerEntry& e = resolved.layers.emplace_back();
                 e.name = name;
                 e.family = "matrix";
                 e.bounce = bounce;
@@ -97,9 +97,9 @@ image::Image made_layers() {
     add_channel(rgba, "A");
     resolved.closure.push_back(std::move(closure));
     image.parts = {std::move(rgba), std::move(matrix), std::move(others)};
-    image::FileInfo info;
+    layers::FileInfo info;
     info.display = window;
-    image::write_layer_header(image, resolved, set, {}, info);
+    layers::write_layer_header(image, resolved, set, {}, info);
     return image;
 }
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "image/image.h"
-#include "image/layer_header.h"
+#include "layers/layer_header.h"
 
 #include <string>
 #include <vector>

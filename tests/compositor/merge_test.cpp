@@ -6,7 +6,7 @@
 #include "film/film_scene.h"
 #include "image/digest.h"
 #include "image/exr.h"
-#include "image/layer_file.h"
+#include "layers/layer_file.h"
 
 #include <gtest/gtest.h>
 
@@ -54,7 +54,7 @@ std::string part(const std::string& name,
 }
 
 TEST(Merge, ReproducesTheSingleRenderBitForBit) {
-    const auto whole = image::read_layer_file(
+    const auto whole = layers::read_layer_file(
         part("whole", 0, 13, [](auto&, auto& info) { info.store_sums = false; }));
     const std::string out = film::temporary_file("merge_out.exr");
     const std::vector<std::vector<uint64_t>> splits = {{0, 8, 13}, {0, 5, 13}, {0, 1, 2, 7, 13}};
@@ -67,7 +67,7 @@ TEST(Merge, ReproducesTheSingleRenderBitForBit) {
         std::reverse(inputs.begin(), inputs.end());
         const auto merged = merge_files(inputs, out, false);
         ASSERT_TRUE(merged.has_value()) << merged.error().message;
-        const auto image = image::read_layer_file(out);
+        const auto image = layers::read_layer_file(out);
         EXPECT_EQ(merged->sha256, image::digest_of(*whole));
         const auto difference = compare(*image, *whole);
         ASSERT_TRUE(difference.has_value());
@@ -87,7 +87,7 @@ TEST(Merge, GoesOnFromAMergedFile) {
     ASSERT_TRUE(merge_files({part("a", 0, 3), part("b", 3, 6)}, ab, true).has_value());
     const auto merged = merge_files({ab, part("c", 6, 11)}, abc, false);
     ASSERT_TRUE(merged.has_value()) << merged.error().message;
-    EXPECT_EQ(merged->sha256, image::digest_of(*image::read_layer_file(part("all", 0, 11))));
+    EXPECT_EQ(merged->sha256, image::digest_of(*layers::read_layer_file(part("all", 0, 11))));
 }
 
 TEST(Merge, RefusesWhatDoesNotFit) {
@@ -145,7 +145,7 @@ TEST(Merge, RefusesDamagedSums) {
             if (c.name == "sums0_0.x1") std::get<std::vector<uint32_t>>(c.data)[3] ^= 1u;
         }
     }
-    ASSERT_TRUE(image::write_image_file(second, *image).has_value());
+    ASSERT_TRUE(layers::write_image_file(second, *image).has_value());
     EXPECT_EQ(merge_files({first, second}, film::temporary_file("merge_damaged_out.exr"), false)
                   .error()
                   .code,

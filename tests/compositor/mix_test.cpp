@@ -2,8 +2,8 @@
 #include "compositor/mix.h"
 
 #include "compositor/test_stack.h"
-#include "image/layer_check.h"
-#include "image/layer_file.h"
+#include "layers/layer_check.h"
+#include "layers/layer_file.h"
 
 #include <gtest/gtest.h>
 
@@ -204,7 +204,7 @@ TEST(Mix, ResultIsAFileOfLayersItself) {
         const auto out =
             LayerStack::from_image(apply_mix(stack, *plan_mix(stack, look), look, with_layers));
         ASSERT_TRUE(out.has_value()) << out.error().message;
-        const auto check = image::check_layers(out->image(), out->header());
+        const auto check = layers::check_layers(out->image(), out->header());
         EXPECT_TRUE(check.is_good()) << check.problems[0];
         EXPECT_EQ(out->header().closure.size(), with_layers ? 1u : 0u);
         if (with_layers) {

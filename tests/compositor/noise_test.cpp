@@ -38,7 +38,7 @@ TEST(Noise, AUnitLookHasTheErrorThatTheRendererStates) {
         const auto forecast = forecast_noise(through_file(film), {}, std::nullopt);
         ASSERT_TRUE(forecast.has_value());
         const film::NoiseEstimate stated = film.noise();
-        for (const image::RelativeError* e : {&forecast->rendered, &forecast->mix}) {
+        for (const statistics::RelativeError* e : {&forecast->rendered, &forecast->mix}) {
             EXPECT_NEAR(e->value, stated.error.value, 1e-5 * stated.error.value);
             EXPECT_NEAR(e->low, stated.error.low, 1e-4 * stated.error.low);
             EXPECT_NEAR(e->high, stated.error.high, 1e-4 * stated.error.high);

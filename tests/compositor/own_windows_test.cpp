@@ -8,7 +8,7 @@
 #include "compositor/outcome.h"
 #include "compositor/test_stack.h"
 #include "image/exr.h"
-#include "image/layer_file.h"
+#include "layers/layer_file.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -44,7 +44,7 @@ std::string cropped_parts() {
 TEST(OwnWindows, PartsArePlacedNotDropped) {
     if (!has_oiiotool()) GTEST_SKIP() << "no oiiotool on this machine";
     const std::string path = cropped_parts();
-    const auto file = image::StripReader::open(path);
+    const auto file = layers::StripReader::open(path);
     ASSERT_TRUE(file.has_value()) << file.error().message;
     EXPECT_EQ(file->description().data, (image::Window{-4, 0, 64, 45}));
     EXPECT_TRUE(file->foreign_parts().empty());
@@ -97,7 +97,7 @@ TEST(OwnWindows, APartFarAwayIsLeftOutByName) {
                         path, made_foreign({{"beauty", {"R", "G", "B"}}, {"key", {"R", "G", "B"}}}))
                         .has_value());
         move_second_part(path, distance);
-        const auto file = image::StripReader::open(path);
+        const auto file = layers::StripReader::open(path);
         ASSERT_TRUE(file.has_value()) << file.error().message;
         EXPECT_EQ(file->foreign_parts(), (std::vector<std::string>{"key"}));
         EXPECT_EQ(file->description().data, (image::Window{0, 0, 37, 21}));

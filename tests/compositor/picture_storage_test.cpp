@@ -8,7 +8,7 @@
 #include "compositor/outcome.h"
 #include "compositor/test_stack.h"
 #include "image/exr.h"
-#include "image/layer_file.h"
+#include "layers/layer_file.h"
 
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfMultiPartInputFile.h>

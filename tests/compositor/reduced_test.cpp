@@ -8,7 +8,7 @@
 #include "compositor/mix.h"
 #include "compositor/noise.h"
 #include "compositor/test_stack.h"
-#include "image/layer_check.h"
+#include "layers/layer_check.h"
 
 #include <gtest/gtest.h>
 
@@ -77,34 +77,34 @@ TEST(Reduced, DenoisingNamesWhatIsGone) {
 
 /// As a render with fewer layers is: what the header does not name is not missed.
 TEST(Reduced, DenoisingDoesWithLessWhereTheHeaderSaysSo) {
-    const auto strip = [](const std::function<bool(const image::LayerEntry&)>& is_gone) {
+    const auto strip = [](const std::function<bool(const accumulate::LayerEntry&)>& is_gone) {
         const LayerStack whole = *LayerStack::from_image(whole_image());
         image::Image image = whole_image();
-        image::ResolvedLayers resolved;
+        layers::ResolvedLayers resolved;
         std::set<std::string> gone;
-        for (const image::LayerEntry& e : whole.header().layers) {
+        for (const accumulate::LayerEntry& e : whole.header().layers) {
             if (is_gone(e))
                 gone.insert(e.name);
             else
                 resolved.layers.push_back(e);
         }
-        for (const image::FamilyClosure& family : whole.header().closure) {
+        for (const layers::FamilyClosure& family : whole.header().closure) {
             if (gone.count(family.order[0]) == 0) resolved.closure.push_back(family);
         }
         for (image::Part& part : image.parts)
             std::erase_if(part.channels, [&](const image::Channel& c) {
                 return gone.count(layer_of(c.name)) != 0;
             });
-        image::LayerSet set;
+        accumulate::LayerSet set;
         set.groups = whole.header().lights;
-        image::write_layer_header(image, resolved, set, whole.header().samples,
-                                  image::file_info_of(image, whole.header()));
+        layers::write_layer_header(image, resolved, set, whole.header().samples,
+                                   layers::file_info_of(image, whole.header()));
         return *LayerStack::from_image(std::move(image));
     };
-    const auto half = [](const image::LayerEntry& e, const char* of, char which) {
+    const auto half = [](const accumulate::LayerEntry& e, const char* of, char which) {
         return e.family == "halves" && e.of == of && e.name.back() == which;
     };
-    const std::vector<std::function<bool(const image::LayerEntry&)>> cases = {
+    const std::vector<std::function<bool(const accumulate::LayerEntry&)>> cases = {
         [](const auto& e) { return e.name == "albedo" || e.name == "N" || e.name == "Z"; },
         [](const auto& e) { return e.family == "halves"; },
         [](const auto& e) { return e.family == "shadow" || e.of.starts_with("S_"); },
@@ -125,7 +125,7 @@ TEST(Reduced, DenoisingDoesWithLessWhereTheHeaderSaysSo) {
         }
         ASSERT_TRUE(denoised.has_value()) << i << ": " << denoised.error().message;
         const auto again = LayerStack::from_image(*denoised);
-        EXPECT_TRUE(image::check_layers(again->image(), again->header()).is_good()) << i;
+        EXPECT_TRUE(layers::check_layers(again->image(), again->header()).is_good()) << i;
         if (i == 4) {
             ASSERT_EQ(report.notes.size(), 1u);
             EXPECT_NE(report.notes[0].find("b1_key"), std::string::npos);
@@ -147,7 +147,7 @@ TEST(Reduced, NothingElseReadsWhatIsNotThere) {
         if (plan) {
             const auto mixed = LayerStack::from_image(apply_mix(stack, *plan, look, true));
             EXPECT_TRUE(mixed.has_value());
-            EXPECT_TRUE(image::check_layers(mixed->image(), mixed->header()).is_good()) << gone;
+            EXPECT_TRUE(layers::check_layers(mixed->image(), mixed->header()).is_good()) << gone;
             EXPECT_TRUE(mix_recipe(stack, *plan, look, "x.exr").has_value());
         } else {
             EXPECT_EQ(plan.error().code, "layer-missing") << plan.error().message;
@@ -157,7 +157,7 @@ TEST(Reduced, NothingElseReadsWhatIsNotThere) {
         if (forecast) error_image(stack, forecast->error);
         info_text(stack);
         info_json(stack);
-        image::check_layers(stack.image(), stack.header());
+        layers::check_layers(stack.image(), stack.header());
         SheetOptions options;
         options.halves = options.fit = true;
         options.cell_width = 32;
@@ -172,21 +172,22 @@ TEST(Reduced, NothingElseReadsWhatIsNotThere) {
 TEST(Reduced, AMixNeedsNoEntryOfTheBeauty) {
     const LayerStack whole = *LayerStack::from_image(whole_image());
     image::Image image = whole_image();
-    image::ResolvedLayers resolved;
+    layers::ResolvedLayers resolved;
     resolved.layers = whole.header().layers;
     resolved.closure = whole.header().closure;
-    std::erase_if(resolved.layers, [](const image::LayerEntry& e) { return e.name == "rgba"; });
-    image::LayerSet set;
+    std::erase_if(resolved.layers,
+                  [](const accumulate::LayerEntry& e) { return e.name == "rgba"; });
+    accumulate::LayerSet set;
     set.groups = whole.header().lights;
-    image::write_layer_header(image, resolved, set, whole.header().samples,
-                              image::file_info_of(image, whole.header()));
+    layers::write_layer_header(image, resolved, set, whole.header().samples,
+                               layers::file_info_of(image, whole.header()));
     const auto stack = LayerStack::from_image(std::move(image));
     const Look look = look_of({{Gain, "key=2"}});
     const auto plan = plan_mix(*stack, look);
     ASSERT_TRUE(plan.has_value());
     const auto mixed = LayerStack::from_image(apply_mix(*stack, *plan, look, true));
     ASSERT_TRUE(mixed.has_value());
-    EXPECT_TRUE(image::check_layers(mixed->image(), mixed->header()).is_good());
+    EXPECT_TRUE(layers::check_layers(mixed->image(), mixed->header()).is_good());
 }
 
 }  // namespace

@@ -4,9 +4,9 @@
 #include "compositor/made_layers.h"
 #include "compositor/mix.h"
 #include "compositor/test_stack.h"
-#include "image/cryptomatte.h"
 #include "image/exr.h"
-#include "image/layer_check.h"
+#include "layers/cryptomatte.h"
+#include "layers/layer_check.h"
 
 #include <gtest/gtest.h>
 
@@ -102,7 +102,7 @@ TEST(Rows, ALayerThatTheClampTookWholeIsStoredWhenItIsGivenBack) {
     ASSERT_TRUE(plan.has_value());
     const auto out = LayerStack::from_image(apply_mix(made_stack(), *plan, look, true));
     ASSERT_TRUE(out.has_value());
-    const auto check = image::check_layers(out->image(), out->header());
+    const auto check = layers::check_layers(out->image(), out->header());
     EXPECT_TRUE(check.is_good()) << check.problems[0];
 }
 
@@ -219,10 +219,10 @@ TEST(Rows, AFittedLookIsOneThatCanBeMixed) {
 /// Object /World/Tree over the left columns of the picture by half, /World/House elsewhere.
 image::Image layers_with_cryptomatte() {
     image::Image image = made_layers();
-    const image::Cryptomatte matte{"CryptoObject",
-                                   {{"/World/House", image::matte_id("/World/House")},
-                                    {"/World/Tree", image::matte_id("/World/Tree")}}};
-    image::describe_cryptomatte(matte, image.attributes);
+    const layers::Cryptomatte matte{"CryptoObject",
+                                    {{"/World/House", layers::matte_id("/World/House")},
+                                     {"/World/Tree", layers::matte_id("/World/Tree")}}};
+    layers::describe_cryptomatte(matte, image.attributes);
     image::Part& part = image.parts.emplace_back();
     part.name = "CryptoObject";
     for (const char* c : {"R", "G", "B", "A"}) {
@@ -276,7 +276,7 @@ TEST(Mattes, AGainActsWithinACryptomatte) {
 TEST(Mattes, OfAFileAreReadStripByStrip) {
     const std::string path = film::temporary_file("matted.exr");
     ASSERT_TRUE(image::write_exr(path, layers_with_cryptomatte()).has_value());
-    const auto file = image::StripReader::open(path);
+    const auto file = layers::StripReader::open(path);
     ASSERT_TRUE(file.has_value());
     const auto layout = LayerStack::describe(*file, path), stack = LayerStack::load(path);
     const Look look = matted(look_of({{Gain, "key=3"}}), "CryptoObject:/World/T*");

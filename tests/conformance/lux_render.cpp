@@ -145,7 +145,8 @@ RadianceEstimate FrameRenderer::render(const PixelWindow& window,
     Vec3d sum(0.0), squares(0.0);
     for (int j = y; j < y + window_size; ++j) {
         for (int i = x; i < x + window_size; ++i) {
-            const image::Triple t = film.sums().total(i, j, film.sums().table().bounce(bounce));
+            const accumulate::Triple t =
+                film.sums().total(i, j, film.sums().table().bounce(bounce));
             const Vec3d v = Vec3d(t.x, t.y, t.z) / double(samples);
             sum += v;
             squares += v * v;

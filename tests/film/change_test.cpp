@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // How pixels changed when their samples doubled, and what that says of their error.
+#include "accumulate/pixel_means.h"
 #include "base/hash.h"
 #include "film/film.h"
 #include "film/film_scene.h"
-#include "image/block_errors.h"
-#include "image/layer_changes.h"
-#include "image/layer_header.h"
-#include "image/picture_change.h"
-#include "image/pixel_means.h"
-#include "image/sums_part.h"
+#include "layers/layer_header.h"
+#include "layers/sums_part.h"
+#include "statistics/block_errors.h"
+#include "statistics/layer_changes.h"
+#include "statistics/picture_change.h"
 
 #include <gtest/gtest.h>
 
@@ -27,17 +27,17 @@ namespace {
 const Window window{2, 1, 9, 6};
 
 /// The mean of the first samples of a pixel as a film of these alone has it.
-image::EarlierMean mean_of_first(int x, int y, uint64_t samples) {
+accumulate::EarlierMean mean_of_first(int x, int y, uint64_t samples) {
     Film film(window, test_layer_set());
     render(film, 0, samples);
     const auto total = [&](uint32_t accumulator) { return film.sums().total(x, y, accumulator); };
-    return image::mean_of(total(image::AccumulatorTable::beauty),
-                          total(image::AccumulatorTable::coverage));
+    return accumulate::mean_of(total(accumulate::AccumulatorTable::beauty),
+                               total(accumulate::AccumulatorTable::coverage));
 }
 
 void expect_earlier_means(const Film& film, uint64_t samples, const char* how) {
     for (const auto& [x, y] : {std::pair(2, 1), std::pair(5, 3), std::pair(8, 5)}) {
-        const image::EarlierMean* mean = film.sums().earlier_mean(x, y);
+        const accumulate::EarlierMean* mean = film.sums().earlier_mean(x, y);
         ASSERT_NE(mean, nullptr) << how << ", " << samples;
         EXPECT_EQ(*mean, mean_of_first(x, y, std::bit_floor(samples - 1)))
             << how << ", " << samples << " samples of (" << x << ", " << y << ")";
@@ -92,8 +92,8 @@ TEST(PictureChange, PartsThatAreJoinedKnowIt) {
         render(first, 0, cut);
         render(second, cut, 24);
         EXPECT_EQ(second.sums().earlier_mean(2, 1), nullptr);
-        EXPECT_FALSE(image::picture_change(second.sums()).has_value());
-        image::SampleSums joined(window, test_layer_set());
+        EXPECT_FALSE(statistics::picture_change(second.sums()).has_value());
+        accumulate::SampleSums joined(window, test_layer_set());
         joined.append(first.sums());
         joined.append(second.sums());
         expect_earlier_means(Film(std::move(joined), {}), 24, "joined");
@@ -106,9 +106,9 @@ TEST(PictureChange, StoredSumsKnowIt) {
         render(film, 0, samples);
         image::Image image;
         image.data = image.display = window;
-        image.parts.push_back(*image::sums_part(film.sums()));
-        image.attributes[image::sums_attribute] = image::sums_json(film.layer_set(), image);
-        auto sums = image::read_sums(image);
+        image.parts.push_back(*layers::sums_part(film.sums()));
+        image.attributes[layers::sums_attribute] = layers::sums_json(film.layer_set(), image);
+        auto sums = layers::read_sums(image);
         ASSERT_TRUE(sums.has_value()) << sums.error().message;
         Film back(std::move(*sums), {});
         expect_earlier_means(back, samples, "read back");
@@ -121,8 +121,8 @@ TEST(PictureChange, StatesTheErrorOfIndependentSamples) {
     for (const uint64_t samples : {256u, 384u}) {
         double square = 0;
         for (const uint64_t trial : {3, 4, 5, 6}) {
-            const std::optional<image::RelativeError> change =
-                image::picture_change(film_of_coins(trial, samples).sums());
+            const std::optional<statistics::RelativeError> change =
+                statistics::picture_change(film_of_coins(trial, samples).sums());
             ASSERT_TRUE(change.has_value());
             square += change->value * change->value / 4;
             EXPECT_LE(change->low, change->value);
@@ -143,16 +143,16 @@ TEST(PictureChange, StatesTheErrorOfIndependentSamples) {
 TEST(PictureChange, NetFactorsAreThoseOfPowers) {
     for (const double slope : {0.45, 0.5, 0.6, 0.75}) {
         const double before = std::pow(32.0, -slope), after = std::pow(64.0, -slope);
-        EXPECT_NEAR(std::sqrt(before * before - after * after) * image::net_factor(slope), after,
-                    1e-12);
+        EXPECT_NEAR(std::sqrt(before * before - after * after) * statistics::net_factor(slope),
+                    after, 1e-12);
     }
-    EXPECT_EQ(image::net_factor(0.5), 1.0);
+    EXPECT_EQ(statistics::net_factor(0.5), 1.0);
 }
 
 TEST(LayerChanges, StateTheNoiseOfEachLayer) {
     const LayerSet set = test_layer_set();
     Film film({0, 0, 256, 192}, set);
-    image::LayerChanges layers(film.sums());
+    statistics::LayerChanges layers(film.sums());
     SampleRadiance s(set);
     PixelAccumulator accumulator(set);
     const auto render_coins = [&](uint64_t first, uint64_t end) {
@@ -182,7 +182,7 @@ TEST(LayerChanges, StateTheNoiseOfEachLayer) {
     const std::map<std::string, double> expected = {
         {"b0", 0.0}, {"b1", unit}, {"b2", 0.25 * unit}, {"C_key", unit}, {"C_fill", 0.25 * unit}};
     size_t found = 0;
-    for (const image::LayerNoise& layer : layers.noise(0.5)) {
+    for (const statistics::LayerNoise& layer : layers.noise(0.5)) {
         const auto at = expected.find(layer.layer);
         if (at == expected.end()) {
             EXPECT_EQ(layer.error, 0.0) << layer.layer;
@@ -201,10 +201,10 @@ TEST(BlockErrors, IntervalsHoldTheTruth) {
     constexpr int trials = 20;
     int inside = 0, count = 0;
     for (uint64_t trial = 0; trial < trials; ++trial) {
-        const auto blocks = image::block_errors(film_of_coins(trial, 64).sums(), 0.5);
+        const auto blocks = statistics::block_errors(film_of_coins(trial, 64).sums(), 0.5);
         ASSERT_TRUE(blocks.has_value());
         ASSERT_EQ(blocks->size(), 64u);
-        for (const image::BlockError& b : *blocks) {
+        for (const statistics::BlockError& b : *blocks) {
             EXPECT_FALSE(b.is_uncertain());
             for (size_t c = 0; c < 3; ++c) {
                 inside += std::abs(b.mean[c] - 1) <= b.quantile(c) * b.error[c];
@@ -234,7 +234,7 @@ TEST(BlockErrors, SayWhereTheyHangOnOnePixel) {
             film.end_pixel(accumulator);
         }
     }
-    const auto blocks = image::block_errors(film.sums(), 0.5);
+    const auto blocks = statistics::block_errors(film.sums(), 0.5);
     ASSERT_EQ(blocks->size(), 2u);
     EXPECT_TRUE((*blocks)[0].is_uncertain());
     EXPECT_FALSE((*blocks)[1].is_uncertain());

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "accumulate/pixel_means.h"
 #include "base/hash.h"
 #include "film/film_scene.h"
 #include "hard_case.h"
-#include "image/layer_file.h"
-#include "image/pixel_means.h"
-#include "image/resolve.h"
+#include "layers/layer_file.h"
+#include "layers/resolve.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ TEST(H51Closure, BeautyIsTheFoldOfTheStoredLayersBitForBit) {
         set.float_layers = variant == 3;
         Film film(window, set);
         render(film, 0, 7);
-        const auto layers = image::resolve_layers(film.sums());
+        const auto layers = layers::resolve_layers(film.sums());
         ASSERT_EQ(layers.first_failure, "");
         ASSERT_FALSE(layers.closure.empty());
         EXPECT_EQ(layers.closure[0].family, variant == 2        ? "groups"
@@ -66,7 +66,7 @@ TEST(Closure, MatrixMarginsAreTheBouncesAndGroups) {
     Film a(window, with), b(window, without);
     render(a, 0, 8);
     render(b, 0, 8);
-    const auto matrix = image::resolve_layers(a.sums()), direct = image::resolve_layers(b.sums());
+    const auto matrix = layers::resolve_layers(a.sums()), direct = layers::resolve_layers(b.sums());
     for (const auto& entry : direct.layers) {
         if (entry.is_empty || entry.family == "beauty" || entry.family == "data") continue;
         for (const char* c : {".R", ".G", ".B"}) {
@@ -96,7 +96,7 @@ TEST(Closure, ShadowIsUnoccludedMinusDirect) {
         acc.add(s);
     }
     film.end_pixel(acc);
-    const auto layers = image::resolve_layers(film.sums());
+    const auto layers = layers::resolve_layers(film.sums());
     EXPECT_EQ(layers.image.find("U_key.R")->value(0), 8.0f);
     EXPECT_EQ(layers.image.find("b1_key.R")->value(0), 2.0f);
     EXPECT_EQ(layers.image.find("S_key.R")->value(0), 6.0f);
@@ -119,7 +119,7 @@ TEST(H40Clamps, ScaleContributionsToTheirLimitAndKeepTheRest) {
     s.add(2, 1, Rgb(1.5f, 1.0f, 0.25f));
     acc.add(s);
     film.end_pixel(acc);
-    const auto layers = image::resolve_layers(film.sums());
+    const auto layers = layers::resolve_layers(film.sums());
     ASSERT_EQ(layers.first_failure, "");
     const auto value = [&](const char* channel) { return layers.image.find(channel)->value(0); };
     EXPECT_EQ(value("b1_key.R"), 2.0f);
@@ -130,7 +130,7 @@ TEST(H40Clamps, ScaleContributionsToTheirLimitAndKeepTheRest) {
     EXPECT_EQ(value("b2_fill.R"), 0.5f);
     EXPECT_EQ(value("b2_fill.R") + value("clamp_b2_fill.R"), 1.5f);
     EXPECT_EQ(value("R"), 4.0f);
-    EXPECT_NEAR(image::clamped_share(film.sums()), 12.33 / 21.25, 0.01);
+    EXPECT_NEAR(accumulate::clamped_share(film.sums()), 12.33 / 21.25, 0.01);
 }
 
 // A path that divides into n brings n contributions, each as strong as the n-th part: the clamp
@@ -148,7 +148,7 @@ TEST(Clamps, TakeTheSameOfAPathThatDivides) {
         for (int i = 0; i < branches; ++i) s.add(2, 0, share * Rgb(4.0f, 2.0f, 1.0f), share);
         acc.add(s);
         film.end_pixel(acc);
-        return image::resolve_layers(film.sums()).image.find("clamp_b2_key.R")->value(0);
+        return layers::resolve_layers(film.sums()).image.find("clamp_b2_key.R")->value(0);
     };
     EXPECT_EQ(taken(1), 3.5f);
     EXPECT_EQ(taken(4), 3.5f);
@@ -171,7 +171,7 @@ TEST(H40Clamps, GiveBackEveryBit) {
         if (i % 2 == 0) whole = Imath::half(whole), cut = Imath::half(cut);
         if (i % 4 == 1) cut = Imath::half(cut);
         if (!(cut <= whole)) std::swap(cut, whole);
-        const image::CutValue value = image::undoable_cut(whole, cut);
+        const layers::CutValue value = layers::undoable_cut(whole, cut);
         lost += std::bit_cast<uint32_t>(value.cut + value.taken) != std::bit_cast<uint32_t>(whole);
         ASSERT_LE(std::abs(value.cut - cut), 0x1p-24f * whole) << cut << " of " << whole;
         ASSERT_GE(value.cut, 0.0f);
@@ -182,7 +182,7 @@ TEST(H40Clamps, GiveBackEveryBit) {
              "values of {} that the clamped and the removed part do not give back bit for bit",
              count),
          double(lost), 0, 0, "what was clamped"});
-    EXPECT_EQ(image::undoable_cut(1.0f, 1.0f).taken, 0.0f);
+    EXPECT_EQ(layers::undoable_cut(1.0f, 1.0f).taken, 0.0f);
 }
 
 TEST(H50HalfOverflow, LayersThatOverflowHalfAreStoredFloat) {
@@ -196,7 +196,7 @@ TEST(H50HalfOverflow, LayersThatOverflowHalfAreStoredFloat) {
         s.add(2, 1, Rgb(1.0f));
         acc.add(s);
         film.end_pixel(acc);
-        const auto layers = image::resolve_layers(film.sums());
+        const auto layers = layers::resolve_layers(film.sums());
         const bool overflows = size > 65504.0f;
         EXPECT_EQ(layers.image.find("b1.R")->type() == image::ChannelType::Float, overflows);
         hardcase::expect_within(
@@ -211,18 +211,18 @@ TEST(H50HalfOverflow, LayersThatOverflowHalfAreStoredFloat) {
 
 /// No film lets such sums in; a damaged checkpoint might have them.
 TEST(Closure, ValuesThatAreNotFiniteFail) {
-    image::SampleSums sums({0, 0, 1, 1}, test_layer_set());
-    const auto sum_of = [](uint32_t accumulator, const image::Triple& value) {
-        return image::NodeSums{accumulator, {value}};
+    accumulate::SampleSums sums({0, 0, 1, 1}, test_layer_set());
+    const auto sum_of = [](uint32_t accumulator, const accumulate::Triple& value) {
+        return accumulate::NodeSums{accumulator, {value}};
     };
-    const image::Triple beyond{6e38, 6e38, 6e38};
-    const std::vector<image::NodeSums> added = {
-        sum_of(image::AccumulatorTable::beauty, beyond), sum_of(sums.table().bounce(1), beyond),
-        sum_of(sums.table().group(0), beyond),
-        sum_of(image::AccumulatorTable::coverage, image::Triple{1, 1, 1})};
+    const accumulate::Triple beyond{6e38, 6e38, 6e38};
+    const std::vector<accumulate::NodeSums> added = {
+        sum_of(accumulate::AccumulatorTable::beauty, beyond),
+        sum_of(sums.table().bounce(1), beyond), sum_of(sums.table().group(0), beyond),
+        sum_of(accumulate::AccumulatorTable::coverage, accumulate::Triple{1, 1, 1})};
     sums.append(0, 0, {.first = 0, .end = 1}, added);
-    EXPECT_NE(image::resolve_layers(sums).first_failure, "");
-    const auto written = image::write_layer_file(temporary_file("infinite.exr"), sums, {});
+    EXPECT_NE(layers::resolve_layers(sums).first_failure, "");
+    const auto written = layers::write_layer_file(temporary_file("infinite.exr"), sums, {});
     ASSERT_FALSE(written.has_value());
     EXPECT_EQ(written.error().code, "closure-failed");
 }

@@ -11,8 +11,8 @@
 namespace velatura::test {
 
 /// Reads a Cryptomatte by Psyop's specification alone, and shares nothing with
-/// src/image/cryptomatte.cpp: its own hash, its own reading of the manifest. A test fails where the
-/// file is not as the specification says.
+/// src/layers/cryptomatte.cpp: its own hash, its own reading of the manifest. A test fails where
+/// the file is not as the specification says.
 class CryptomatteDecoder {
   public:
     CryptomatteDecoder(const image::Image& image, const std::string& layer);

@@ -2,7 +2,7 @@
 #include "film/cryptomatte_decoder.h"
 #include "film/film.h"
 #include "film/film_scene.h"
-#include "image/layer_file.h"
+#include "layers/layer_file.h"
 
 #include <gtest/gtest.h>
 
@@ -33,7 +33,7 @@ image::Image written(const Film& film, const FileInfo& info = matte_info()) {
     const std::string path = temporary_file("cryptomatte.exr");
     const auto report = film.write(path, info);
     EXPECT_TRUE(report.has_value()) << report.error().message;
-    auto image = image::read_layer_file(path);
+    auto image = layers::read_layer_file(path);
     EXPECT_TRUE(image.has_value());
     return *image;
 }
@@ -122,7 +122,7 @@ TEST(Cryptomatte, StandsInEveryLayout) {
     Film film(window, matte_set(6));
     render(film, 0, 4);
     const CryptomatteDecoder expected(written(film), "CryptoObject");
-    for (const image::Layout layout : {image::Layout::SinglePart, image::Layout::Split}) {
+    for (const layers::Layout layout : {layers::Layout::SinglePart, layers::Layout::Split}) {
         FileInfo info = matte_info();
         info.layout = layout;
         const CryptomatteDecoder decoded(written(film, info), "CryptoObject");
@@ -130,7 +130,7 @@ TEST(Cryptomatte, StandsInEveryLayout) {
         EXPECT_EQ(decoded.manifest, expected.manifest);
     }
     // The file beside the others has all that readers need
-    const auto own = image::read_layer_file(temporary_file("cryptomatte.CryptoObject.exr"));
+    const auto own = layers::read_layer_file(temporary_file("cryptomatte.CryptoObject.exr"));
     ASSERT_TRUE(own.has_value());
     EXPECT_EQ(CryptomatteDecoder(*own, "CryptoObject").pixels, expected.pixels);
 }

@@ -2,8 +2,8 @@
 #include "film/deep_film.h"
 #include "film/film.h"
 #include "film/film_scene.h"
-#include "image/deep_file.h"
-#include "image/layer_file.h"
+#include "layers/deep_file.h"
+#include "layers/layer_file.h"
 
 #include <OpenEXR/ImfCompositeDeepScanLine.h>
 #include <OpenEXR/ImfDeepScanLineInputFile.h>
@@ -37,7 +37,7 @@ void render_deep(Film& film, uint64_t first, uint64_t end, bool from_the_right =
 
 struct Written {
     image::Image flat;
-    image::DeepImage deep;
+    layers::DeepImage deep;
 };
 
 Written written(const Film& film, const std::string& name = "deep_test.exr") {
@@ -46,7 +46,7 @@ Written written(const Film& film, const std::string& name = "deep_test.exr") {
     EXPECT_TRUE(report.has_value()) << report.error().message;
     const auto deep = write_deep_picture(*film.deep(), path);
     EXPECT_TRUE(deep.has_value()) << deep.error().message;
-    return {*image::read_layer_file(path), *image::read_deep_file(deep_path(path))};
+    return {*layers::read_layer_file(path), *layers::read_deep_file(deep_path(path))};
 }
 
 /// Laid over each other as compositing programs do, and what roundings may come to.
@@ -55,10 +55,10 @@ struct Flattened {
     std::array<double, 4> bound{};
 };
 
-Flattened flattened(const image::DeepSample* samples, size_t count) {
+Flattened flattened(const layers::DeepSample* samples, size_t count) {
     Flattened f;
     for (size_t i = 0; i < count; ++i) {
-        const image::DeepSample& s = samples[i];
+        const layers::DeepSample& s = samples[i];
         const float left = 1.0f - f.rgba[3];
         const std::array<float, 4> add = {s.r, s.g, s.b, s.a};
         for (size_t c = 0; c < 4; ++c) {
@@ -106,7 +106,7 @@ void expect_flattens(const Written& w, const char* what) {
                 << what << ": " << names[c] << " of pixel " << i;
         // In order, and apart
         for (size_t k = 0; k < w.deep.counts[i]; ++k) {
-            const image::DeepSample& s = w.deep.samples[first + k];
+            const layers::DeepSample& s = w.deep.samples[first + k];
             ASSERT_LE(s.z, s.z_back);
             ASSERT_TRUE(s.a >= 0.0f && s.a <= 1.0f) << s.a;
             if (k == 0) continue;
@@ -181,8 +181,8 @@ TEST(DeepFilm, KeepsSurfacesApartAndJoinsWhatIsOne) {
     film.end_pixel(accumulator);
     const Written w = written(film);
     ASSERT_EQ(w.deep.samples.size(), 3u);
-    const image::DeepSample &fog = w.deep.samples[0], &wall = w.deep.samples[1],
-                            &sky = w.deep.samples[2];
+    const layers::DeepSample &fog = w.deep.samples[0], &wall = w.deep.samples[1],
+                             &sky = w.deep.samples[2];
     EXPECT_FLOAT_EQ(fog.z, 4.04f);
     EXPECT_FLOAT_EQ(fog.z_back, 4.05f);
     EXPECT_FLOAT_EQ(fog.a, 0.25f);

@@ -2,7 +2,7 @@
 #include "film/film_scene.h"
 
 #include "base/hash.h"
-#include "image/cryptomatte.h"
+#include "layers/cryptomatte.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -82,7 +82,7 @@ void fill_sample(SampleRadiance& s, int x, int y, uint64_t index) {
     s.Z = 2.0f + uniform(key + 6);
     s.st = Vec2(uniform(key + 7), uniform(key + 8));
     s.prim_id = uint32_t(key % 7);
-    s.matte_ids = {image::matte_id(test_object(x, y, index)), image::matte_id("only")};
+    s.matte_ids = {layers::matte_id(test_object(x, y, index)), layers::matte_id("only")};
     s.cover(uniform(key + 9) < 0.2f ? SampleRadiance::DepthKind::Volume
                                     : SampleRadiance::DepthKind::Surface,
             s.Z + float(key % 3));

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "film/film.h"
 
+#include "accumulate/pixel_means.h"
 #include "base/hash.h"
 #include "base/tasks.h"
 #include "film/film_scene.h"
 #include "hard_case.h"
 #include "image/digest.h"
-#include "image/pixel_means.h"
-#include "image/resolve.h"
+#include "layers/resolve.h"
 
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ LayerSet full_set() {
 }
 
 std::string digest(const Film& film) {
-    return image::digest_of(image::resolve_layers(film.sums()).image);
+    return image::digest_of(layers::resolve_layers(film.sums()).image);
 }
 
 TEST(Film, GivesTheSameBytesForEverySchedule) {
@@ -86,8 +86,8 @@ TEST(Film, BeautyDoesNotDependOnWhichLayersAreKept) {
     nothing.bounce_layers = nothing.group_layers = nothing.data_layers = false;
     Film a(window, full_set()), b(window, bounces), c(window, nothing);
     for (Film* film : {&a, &b, &c}) render(*film, 0, 9);
-    EXPECT_EQ(image::resolve_rgba(a.sums()), image::resolve_rgba(b.sums()));
-    EXPECT_EQ(image::resolve_rgba(a.sums()), image::resolve_rgba(c.sums()));
+    EXPECT_EQ(accumulate::resolve_rgba(a.sums()), accumulate::resolve_rgba(b.sums()));
+    EXPECT_EQ(accumulate::resolve_rgba(a.sums()), accumulate::resolve_rgba(c.sums()));
 }
 
 TEST(Film, AveragesByTheFilterWeightsInClosedForm) {
@@ -106,7 +106,7 @@ TEST(Film, AveragesByTheFilterWeightsInClosedForm) {
     }
     film.end_pixel(acc);
     // (0·1 + 1·3 − 2·0.5 + 3·0.5) / 4
-    const auto rgba = image::resolve_rgba(film.sums());
+    const auto rgba = accumulate::resolve_rgba(film.sums());
     EXPECT_EQ(rgba[0], 0.875f);
     EXPECT_EQ(rgba[1], 1.0f);
     EXPECT_EQ(rgba[2], 8.0f);
@@ -128,8 +128,8 @@ TEST(H49NegativeLobes, FallBackToTheCountWhereWeightsCancel) {
     film.end_pixel(acc);
     // Σw = 0.125 < 0.1·4: divide by 4
     hardcase::expect_within({"mean where the weights cancel",
-                             std::abs(double(image::resolve_rgba(film.sums())[0]) - 2.125 / 4), 0,
-                             0, "closed form"});
+                             std::abs(double(accumulate::resolve_rgba(film.sums())[0]) - 2.125 / 4),
+                             0, 0, "closed form"});
 }
 
 TEST(H39BadSamples, AreLeftOutAndNamed) {
@@ -153,7 +153,7 @@ TEST(H39BadSamples, AreLeftOutAndNamed) {
             EXPECT_EQ(film.bad_samples()[0].sample, 13u);
             EXPECT_EQ(film.bad_samples()[0].reason, "negative");
         }
-        return image::resolve_rgba(film.sums())[0];
+        return accumulate::resolve_rgba(film.sums())[0];
     };
     BadSampleReason reason = BadSampleReason::None;
     EXPECT_EQ(mean_without_bad(false, reason), 2.0f);
@@ -237,7 +237,7 @@ TEST(Film, HalfImagesAreTheEvenAndTheOddSamples) {
         acc.add(s);
     }
     film.end_pixel(acc);
-    const auto layers = image::resolve_layers(film.sums());
+    const auto layers = layers::resolve_layers(film.sums());
     EXPECT_EQ(layers.image.find("b2_hA.R")->value(0), 1.0f);
     EXPECT_EQ(layers.image.find("b2_hB.R")->value(0), 3.0f);
     EXPECT_EQ(layers.image.find("C_fill_hB.G")->value(0), 3.0f);
@@ -266,7 +266,7 @@ TEST(Film, DataLayersFollowTheirRules) {
         acc.add(s);
     }
     film.end_pixel(acc);
-    const auto layers = image::resolve_layers(film.sums());
+    const auto layers = layers::resolve_layers(film.sums());
     const auto value = [&](const char* name) { return layers.image.find(name)->value(0); };
     EXPECT_EQ(value("albedo.R"), 0.75f);  // blends with the miss
     EXPECT_EQ(value("N.Y"), 0.75f);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sums of many samples (H38), samples that are no numbers (H39), filters that subtract (H49).
+#include "accumulate/pixel_means.h"
 #include "base/hash.h"
 #include "film/film.h"
 #include "film/film_scene.h"
 #include "hard_case.h"
-#include "image/layer_file.h"
-#include "image/layer_header.h"
-#include "image/pixel_means.h"
+#include "layers/layer_file.h"
+#include "layers/layer_header.h"
 #include "sampling/filter.h"
 #include "sampling/sampler.h"
 
@@ -30,7 +30,7 @@ LayerSet beauty_only() {
 }
 
 /// Sum of `count` samples of one pixel.
-image::Triple sum_of(uint64_t count, const std::function<float(uint64_t)>& value) {
+accumulate::Triple sum_of(uint64_t count, const std::function<float(uint64_t)>& value) {
     const LayerSet set = beauty_only();
     Film film({0, 0, 1, 1}, set);
     SampleRadiance s(set);
@@ -42,7 +42,7 @@ image::Triple sum_of(uint64_t count, const std::function<float(uint64_t)>& value
         acc.add(s);
     }
     film.end_pixel(acc);
-    return film.sums().total(0, 0, image::AccumulatorTable::beauty);
+    return film.sums().total(0, 0, accumulate::AccumulatorTable::beauty);
 }
 
 TEST(H38Accumulation, MeanOfManySamplesIsTheirMean) {
@@ -133,9 +133,9 @@ TEST(H39BadSamples, AreCountedNamedAndHarmNoOther) {
         // And the file says so
         const std::string path = temporary_file("bad_samples.exr");
         ASSERT_TRUE(film.write(path, {}).has_value());
-        const auto read = image::read_layer_file(path);
+        const auto read = layers::read_layer_file(path);
         ASSERT_TRUE(read.has_value());
-        const auto header = image::read_layer_header(*read);
+        const auto header = layers::read_layer_header(*read);
         ASSERT_TRUE(header.has_value());
         hardcase::expect_within({"count in the header of the file, less that",
                                  std::abs(double(header->samples.invalid) - double(count)), 0, 0,
@@ -186,7 +186,7 @@ TEST(H50BrightestLight, IsWritten) {
     const std::string path = temporary_file("brightest.exr");
     const auto written = film.write(path, {});
     ASSERT_TRUE(written.has_value()) << written.error().message;
-    const auto read = image::read_layer_file(path);
+    const auto read = layers::read_layer_file(path);
     ASSERT_TRUE(read.has_value());
     hardcase::expect_within(
         {"light of a sixteenth of the largest float, every other sample, as read from the file, "
@@ -217,7 +217,7 @@ double farthest_from_one(sampling::FilterKind kind, sampling::SamplerKind number
         film.end_pixel(acc);
     }
     double worst = 0;
-    for (const float v : image::resolve_rgba(film.sums()))
+    for (const float v : accumulate::resolve_rgba(film.sums()))
         worst = hardcase::larger(worst, std::abs(double(v) - 1));
     return worst;
 }

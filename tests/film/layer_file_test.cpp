@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "image/layer_file.h"
+#include "layers/layer_file.h"
 
 #include "film/film_scene.h"
 #include "image/digest.h"
 #include "image/exr.h"
-#include "image/layer_check.h"
-#include "image/sums_part.h"
+#include "layers/layer_check.h"
+#include "layers/sums_part.h"
 
 #include <gtest/gtest.h>
 
@@ -37,7 +37,7 @@ FileInfo test_info() {
 TEST(LayerFile, PassesItsOwnCheckInEveryLayout) {
     std::string digest;
     for (const auto layout :
-         {image::Layout::MultiPart, image::Layout::SinglePart, image::Layout::Split}) {
+         {layers::Layout::MultiPart, layers::Layout::SinglePart, layers::Layout::Split}) {
         Film film(window, full_set());
         render(film, 0, 6);
         FileInfo info = test_info();
@@ -46,11 +46,11 @@ TEST(LayerFile, PassesItsOwnCheckInEveryLayout) {
         const auto report = film.write(path, info);
         ASSERT_TRUE(report.has_value()) << report.error().message;
         EXPECT_EQ(report->closure_family, "matrix");
-        const auto image = image::read_layer_file(path);
+        const auto image = layers::read_layer_file(path);
         ASSERT_TRUE(image.has_value()) << image.error().message;
-        const auto header = image::read_layer_header(*image);
+        const auto header = layers::read_layer_header(*image);
         ASSERT_TRUE(header.has_value()) << header.error().message;
-        const auto check = image::check_layers(*image, *header);
+        const auto check = layers::check_layers(*image, *header);
         EXPECT_TRUE(check.is_good()) << check.problems[0];
         EXPECT_EQ(header->samples.seed, info.seed);
         EXPECT_EQ(header->samples.end, 6u);
@@ -69,9 +69,9 @@ TEST(LayerFile, CheckSeesOneChangedValueInAnyChannel) {
     info.store_sums = true;
     const std::string path = temporary_file("mutated.exr");
     ASSERT_TRUE(film.write(path, info).has_value());
-    auto image = image::read_layer_file(path);
+    auto image = layers::read_layer_file(path);
     ASSERT_TRUE(image.has_value());
-    const auto header = image::read_layer_header(*image);
+    const auto header = layers::read_layer_header(*image);
     int channels = 0;
     for (image::Part& part : image->parts) {
         for (image::Channel& c : part.channels) {
@@ -80,13 +80,13 @@ TEST(LayerFile, CheckSeesOneChangedValueInAnyChannel) {
                 continue;
             auto* byte = static_cast<unsigned char*>(c.bytes()) + c.byte_count() / 2;
             *byte ^= 1;
-            EXPECT_FALSE(image::check_layers(*image, *header).is_good()) << c.name;
+            EXPECT_FALSE(layers::check_layers(*image, *header).is_good()) << c.name;
             *byte ^= 1;
             ++channels;
         }
     }
     EXPECT_GT(channels, 150);
-    EXPECT_TRUE(image::check_layers(*image, *header).is_good());
+    EXPECT_TRUE(layers::check_layers(*image, *header).is_good());
 }
 
 TEST(LayerFile, CheckNamesThePixelThatBreaksClosure) {
@@ -94,15 +94,15 @@ TEST(LayerFile, CheckNamesThePixelThatBreaksClosure) {
     render(film, 0, 6);
     const std::string path = temporary_file("pixel.exr");
     ASSERT_TRUE(film.write(path, test_info()).has_value());
-    auto image = image::read_layer_file(path);
-    const auto header = image::read_layer_header(*image);
+    auto image = layers::read_layer_file(path);
+    const auto header = layers::read_layer_header(*image);
     for (image::Part& part : image->parts) {
         for (image::Channel& c : part.channels) {
             if (c.name != "b1_key.G") continue;
             std::get<std::vector<Imath::half>>(c.data)[window.index(9, 7)] = Imath::half(512.0f);
         }
     }
-    const auto check = image::check_layers(*image, *header);
+    const auto check = layers::check_layers(*image, *header);
     ASSERT_FALSE(check.is_good());
     EXPECT_NE(check.problems[0].find("pixel 9,7"), std::string::npos) << check.problems[0];
 }
@@ -114,10 +114,10 @@ TEST(LayerFile, SumsReadBackAreTheFilm) {
     info.store_sums = true;
     const std::string path = temporary_file("sums.exr");
     ASSERT_TRUE(film.write(path, info).has_value());
-    const auto image = image::read_layer_file(path);
-    const auto sums = image::read_sums(*image);
+    const auto image = layers::read_layer_file(path);
+    const auto sums = layers::read_sums(*image);
     ASSERT_TRUE(sums.has_value()) << sums.error().message;
-    const auto a = image::resolve_layers(film.sums()), b = image::resolve_layers(*sums);
+    const auto a = layers::resolve_layers(film.sums()), b = layers::resolve_layers(*sums);
     EXPECT_EQ(image::digest_of(a.image), image::digest_of(b.image));
     EXPECT_EQ(sums->layer_set(), full_set());
     for (int y = window.y0; y < window.y1; ++y) {
@@ -135,16 +135,16 @@ TEST(LayerFile, AppendedSumsGiveTheSingleRun) {
     render(whole, 0, 11);
     render(first, 0, 5);
     render(second, 5, 11);
-    const auto expected = image::digest_of(image::resolve_layers(whole.sums()).image);
+    const auto expected = image::digest_of(layers::resolve_layers(whole.sums()).image);
     FileInfo info = test_info();
     info.store_sums = true;
     ASSERT_TRUE(first.write(temporary_file("first.exr"), info).has_value());
     ASSERT_TRUE(second.write(temporary_file("second.exr"), info).has_value());
-    auto a = image::read_sums(*image::read_layer_file(temporary_file("first.exr")));
-    auto b = image::read_sums(*image::read_layer_file(temporary_file("second.exr")));
+    auto a = layers::read_sums(*layers::read_layer_file(temporary_file("first.exr")));
+    auto b = layers::read_sums(*layers::read_layer_file(temporary_file("second.exr")));
     ASSERT_TRUE(a.has_value() && b.has_value());
     a->append(*b);
-    EXPECT_EQ(image::digest_of(image::resolve_layers(*a).image), expected);
+    EXPECT_EQ(image::digest_of(layers::resolve_layers(*a).image), expected);
 }
 
 TEST(LayerFile, FailureLeavesNoFileAndKeepsTheOld) {

@@ -20,10 +20,10 @@ namespace velatura::film {
 
 namespace {
 
-const std::vector<image::LightGroup> groups = {{"key", {"/key"}, false},
-                                               {"sky", {"/sky"}, true},
-                                               {"fill2", {"/fill 2"}, false, "fill 2"},
-                                               {"emissive", {}, false}};
+const std::vector<accumulate::LightGroup> groups = {{"key", {"/key"}, false},
+                                                    {"sky", {"/sky"}, true},
+                                                    {"fill2", {"/fill 2"}, false, "fill 2"},
+                                                    {"emissive", {}, false}};
 constexpr int key = 0, sky = 1, fill = 2, emissive = 3;
 
 Result<PathAutomaton> automaton(const std::string& text, bool is_strict = false) {
@@ -189,7 +189,7 @@ TEST(LightPaths, AgreeWithBruteForce) {
 TEST(LightPaths, TogetherAreWhatEachIsAlone) {
     const std::vector<std::string> texts = {"C<RD>L", "C.+<L.'key'>", "C.*SD.*L", "C[LOB]",
                                             "C(SD)*L"};
-    std::vector<image::PathLayer> layers;
+    std::vector<accumulate::PathLayer> layers;
     for (const std::string& text : texts) layers.push_back(make_path_layer("x", text, "paths"));
     const Result<PathAutomaton> all = PathAutomaton::make(layers, false, groups);
     ASSERT_TRUE(all.has_value());
@@ -266,8 +266,8 @@ TEST(LightPaths, SayWhatIsWrongAndWhere) {
 
 TEST(LightPaths, KnowGroupsAsTheSceneCallsThem) {
     // A group that layers call key1 comes from key_1; the light key1 got another name
-    const std::vector<image::LightGroup> two = {{"key1", {"/key_1"}, false, "key_1"},
-                                                {"key12", {"/key1"}, false, "key1"}};
+    const std::vector<accumulate::LightGroup> two = {{"key1", {"/key_1"}, false, "key_1"},
+                                                     {"key12", {"/key1"}, false, "key1"}};
     const auto wanted = [&](const std::string& label) {
         const auto a = PathAutomaton::make({make_path_layer("x", "CL", "paths"),
                                             make_path_layer("y", "C<L.'" + label + "'>", "paths")},
@@ -300,7 +300,7 @@ TEST(LightPaths, HugeOnesAreRefusedSoon) {
 
 TEST(PathLabels, PartsAddUpAndFollowShares) {
     // Of a path that is half diffuse at each of three vertices, 3 of 8 parts are diffuse twice
-    std::vector<image::PathLayer> layers;
+    std::vector<accumulate::PathLayer> layers;
     for (const char* text : {"C.*L", "C(S*DS*DS*)L", "CSSSL"})
         layers.push_back(make_path_layer("x", text, "paths"));
     PathLabels labels(PathAutomaton::make(layers, false, groups).value());

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fuzz_targets.h"
-#include "image/layer_header.h"
-#include "image/sums_part.h"
 #include "image_input.h"
+#include "layers/layer_header.h"
+#include "layers/sums_part.h"
 
 #include <nlohmann/json.hpp>
 
@@ -15,10 +15,10 @@ namespace {
 /// States the digest that the channels have: nobody makes one by chance, and who damages a file on
 /// purpose makes it.
 void state_digest(image::Image& image) {
-    auto stated = nlohmann::json::parse(image.text(image::sums_attribute), nullptr, false);
+    auto stated = nlohmann::json::parse(image.text(layers::sums_attribute), nullptr, false);
     if (!stated.is_object()) return;
-    stated["sha256"] = nlohmann::json::parse(image::sums_json({}, image))["sha256"];
-    image.attributes[image::sums_attribute] =
+    stated["sha256"] = nlohmann::json::parse(layers::sums_json({}, image))["sha256"];
+    image.attributes[layers::sums_attribute] =
         stated.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
@@ -28,16 +28,16 @@ void state_digest(image::Image& image) {
 /// sums that are read are stored and come back with as many samples in every pixel.
 void layers(std::string_view bytes) {
     image::Image image = image_of(bytes);
-    (void)image::read_layer_header(image).has_value();
+    (void)layers::read_layer_header(image).has_value();
     state_digest(image);
-    const auto sums = image::read_sums(image);
+    const auto sums = layers::read_sums(image);
     if (!sums) return;
-    const auto counts = image::stored_counts(image);
-    const auto part = image::sums_part(*sums);
+    const auto counts = layers::stored_counts(image);
+    const auto part = layers::sums_part(*sums);
     if (!counts || !part) std::abort();
     for (int y = image.data.y0; y < image.data.y1; ++y) {
         for (int x = image.data.x0; x < image.data.x1; ++x) {
-            const image::PixelRecord& record = sums->record(x, y);
+            const accumulate::PixelRecord& record = sums->record(x, y);
             if (record.end - record.first != (*counts)[image.data.index(x, y)]) std::abort();
         }
     }

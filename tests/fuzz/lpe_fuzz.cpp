@@ -15,9 +15,9 @@ void lpe(std::string_view bytes) {
     const size_t line = bytes.find('\n');
     const std::string_view first = bytes.substr(0, line),
                            second = line == std::string_view::npos ? "" : bytes.substr(line + 1);
-    std::vector<image::PathLayer> layers = {film::make_path_layer("a", first, "paths")};
+    std::vector<accumulate::PathLayer> layers = {film::make_path_layer("a", first, "paths")};
     if (!second.empty()) layers.push_back(film::make_path_layer("b", second, "paths"));
-    const std::vector<image::LightGroup> groups = {
+    const std::vector<accumulate::LightGroup> groups = {
         {"key", {"/key"}, false}, {"sky", {"/sky"}, true}, {"shapes", {}, false}};
     for (const bool is_strict : {false, true}) {
         const auto automaton = film::PathAutomaton::make(layers, is_strict, groups);

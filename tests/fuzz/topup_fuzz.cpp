@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fuzz_targets.h"
-#include "image/top_up.h"
+#include "layers/top_up.h"
 #include "temporary_file.h"
 
 #include <cstdlib>
@@ -12,12 +12,12 @@ namespace {
 
 /// Writes the map that requests can name, request.priority.exr.
 void write_map() {
-    image::TopUpRequest request;
+    layers::TopUpRequest request;
     request.samples = 8;
     request.window = {-1, 0, 3, 3};
     request.priority = {0.0f, 1.0f, 2.0f, 0.5f, 1e30f, 1e-30f, 3.0f, 1.0f, 1.0f, 1.0f, 7.0f, 1.0f};
     request.present = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 4000000000u};
-    if (!image::write_top_up(memory_folder() + "/request.json", request)) std::abort();
+    if (!layers::write_top_up(memory_folder() + "/request.json", request)) std::abort();
 }
 
 }  // namespace
@@ -26,11 +26,11 @@ void write_map() {
 /// many samples as it has, or more.
 void topup(std::string_view bytes) {
     [[maybe_unused]] static const bool has_map = (write_map(), true);
-    const Result<image::TopUpRequest> request =
-        image::read_top_up(memory_file("request.json", bytes));
+    const Result<layers::TopUpRequest> request =
+        layers::read_top_up(memory_file("request.json", bytes));
     if (!request) return;
-    const auto counts = image::place_samples(request->window, request->priority, request->present,
-                                             request->samples);
+    const auto counts = layers::place_samples(request->window, request->priority, request->present,
+                                              request->samples);
     if (counts.size() != request->present.size()) std::abort();
     for (size_t i = 0; i < counts.size(); ++i)
         if (counts[i] < request->present[i]) std::abort();

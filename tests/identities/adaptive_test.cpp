@@ -56,13 +56,13 @@ film::Film render_values(const film::Window& window,
 }
 
 double mean_of(const film::Film& film, int x, int y) {
-    const image::Triple sum = film.sums().total(x, y, image::AccumulatorTable::beauty);
-    const image::PixelRecord& record = film.sums().record(x, y);
+    const accumulate::Triple sum = film.sums().total(x, y, accumulate::AccumulatorTable::beauty);
+    const accumulate::PixelRecord& record = film.sums().record(x, y);
     return sum.x / double(record.end - record.first);
 }
 
 uint64_t samples_of(const film::Film& film, int x, int y) {
-    const image::PixelRecord& record = film.sums().record(x, y);
+    const accumulate::PixelRecord& record = film.sums().record(x, y);
     return record.end - record.first;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Shadows by who casts them: they are parts of the shadow, what blocks light gets it and nobody
 // else, and what is lifted is what a render without that shadow shows.
-#include "image/resolve.h"
+#include "layers/resolve.h"
 #include "picture_sums.h"
 #include "usd_render.h"
 
@@ -37,7 +37,7 @@ PictureLight taken_by(const film::Film& film, int group, const std::string& cast
 
 /// What no caster is told to have taken.
 PictureLight rest_of(const film::Film& film, int group) {
-    const image::AccumulatorTable& table = film.sums().table();
+    const accumulate::AccumulatorTable& table = film.sums().table();
     PictureLight rest =
         light_of(film, table.unoccluded(group)) - light_of(film, table.matrix(1, group));
     for (uint32_t c = 0; c < film.layer_set().casters.size(); ++c)
@@ -161,10 +161,10 @@ def Volume "Smoke" {
 TEST(Casters, AddUpToTheShadowBitForBit) {
     const scene::Scene scene = scene_from_usda(soft_room(), width, height, true);
     const film::Film film = render(scene, 16);
-    const image::ResolvedLayers layers = image::resolve_layers(film.sums());
+    const layers::ResolvedLayers layers = layers::resolve_layers(film.sums());
     ASSERT_EQ(layers.first_failure, "");
     int shadows = 0;
-    for (const image::LayerEntry& e : layers.layers) {
+    for (const accumulate::LayerEntry& e : layers.layers) {
         if (e.family != "shadow" || e.is_empty) continue;
         EXPECT_EQ(e.type, "float");
         ++shadows;
@@ -172,7 +172,7 @@ TEST(Casters, AddUpToTheShadowBitForBit) {
             const image::Channel& shadow = *layers.image.find(e.name + c);
             std::vector<float> fold(shadow.size(), 0.0f);
             std::vector<double> size(shadow.size(), 0.0);
-            for (const image::LayerEntry& part : layers.layers) {
+            for (const accumulate::LayerEntry& part : layers.layers) {
                 if (part.family != "caster" || part.group != e.group || part.is_empty) continue;
                 const image::Channel& channel = *layers.image.find(part.name + c);
                 for (size_t i = 0; i < fold.size(); ++i) {
@@ -233,7 +233,7 @@ TEST(Casters, TakeAllThatDoesNotArrive) {
         double worst = 0, most = 0;
         for (int g = 0; g < film.layer_set().group_count(); ++g) {
             const PictureLight rest = rest_of(film, g);
-            const image::AccumulatorTable& table = film.sums().table();
+            const accumulate::AccumulatorTable& table = film.sums().table();
             const double shadow =
                 whole(light_of(film, table.unoccluded(g)) - light_of(film, table.matrix(1, g)))
                     .value;
@@ -281,7 +281,7 @@ TEST(Casters, TellInstancesApart) {
     const film::Film film = render(scene_from_usda(stage(two), width, height, true), 64);
     const auto& groups = film.layer_set().groups;
     const auto sky =
-        int(std::ranges::find(groups, "Sky", &image::LightGroup::name) - groups.begin());
+        int(std::ranges::find(groups, "Sky", &accumulate::LightGroup::name) - groups.begin());
     const double left = whole(taken_by(film, sky, "Left")).value,
                  right = whole(taken_by(film, sky, "Right")).value;
     EXPECT_GT(left, 0.0);

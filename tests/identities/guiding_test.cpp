@@ -248,8 +248,10 @@ TEST(GuidedPicture, IsTheSameInACrop) {
     int checked = 0;
     for (int y = 5; y < 21; ++y) {
         for (int x = 7; x < 30; ++x) {
-            const image::Triple a = whole.sums().total(x, y, image::AccumulatorTable::beauty),
-                                b = part.sums().total(x, y, image::AccumulatorTable::beauty);
+            const accumulate::Triple a = whole.sums().total(x, y,
+                                                            accumulate::AccumulatorTable::beauty),
+                                     b = part.sums().total(x, y,
+                                                           accumulate::AccumulatorTable::beauty);
             EXPECT_TRUE(a.x == b.x && a.y == b.y && a.z == b.z) << x << " " << y;
             ++checked;
         }

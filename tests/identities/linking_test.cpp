@@ -72,7 +72,7 @@ Sums measure(const scene::Scene& scene, const RenderSetup& setup, uint64_t first
             double total = 0;
             for (int y = 0; y < height; ++y) {
                 for (int x = 0; x < width; ++x) {
-                    const image::Triple t = film.sums().total(x, y, a);
+                    const accumulate::Triple t = film.sums().total(x, y, a);
                     total += t.x + t.y + t.z;
                 }
             }

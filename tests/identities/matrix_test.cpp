@@ -45,7 +45,7 @@ PictureLight beauty_of(const scene::Scene& scene,
                        uint64_t samples,
                        uint64_t seed,
                        int max_depth = 0) {
-    return light_of(render(scene, samples, seed, max_depth), image::AccumulatorTable::beauty);
+    return light_of(render(scene, samples, seed, max_depth), accumulate::AccumulatorTable::beauty);
 }
 
 /// Nothing but the group gives light.
@@ -223,7 +223,7 @@ TEST(Gains, CommuteWithRendering) {
     integrator::RenderOptions options;
     options.end_sample = 16;
     const film::Film before = render_scene(scene, options, setup);
-    const image::AccumulatorTable& table = before.sums().table();
+    const accumulate::AccumulatorTable& table = before.sums().table();
     const auto for_each_sum = [&](const film::Film& film, const auto& visit) {
         for (int y = 0; y < height; ++y) {
             for (int x = 0; x < width; ++x) {
@@ -231,8 +231,8 @@ TEST(Gains, CommuteWithRendering) {
                     for (int c = 0; c <= last_bounce + 2; ++c) {
                         const uint32_t a =
                             c <= last_bounce + 1 ? table.matrix(c, g) : table.unoccluded(g);
-                        const image::Triple p = before.sums().total(x, y, a),
-                                            q = film.sums().total(x, y, a);
+                        const accumulate::Triple p = before.sums().total(x, y, a),
+                                                 q = film.sums().total(x, y, a);
                         visit(g, p.x, q.x);
                         visit(g, p.y, q.y);
                         visit(g, p.z, q.z);

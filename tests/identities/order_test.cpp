@@ -86,7 +86,7 @@ uint64_t fingerprint_with_ids(const film::Film& film) {
     const film::Window& w = film.window();
     for (int y = w.y0; y < w.y1; ++y) {
         for (int x = w.x0; x < w.x1; ++x) {
-            const image::PixelRecord& record = film.sums().record(x, y);
+            const accumulate::PixelRecord& record = film.sums().record(x, y);
             h = hash_combine(hash_combine(h, record.prim_id), record.instance_id);
         }
     }

@@ -2,8 +2,8 @@
 // Sums over pictures of small renders, with the standard errors that their halves show.
 #pragma once
 
+#include "accumulate/pixel_means.h"
 #include "film/film.h"
-#include "image/pixel_means.h"
 
 #include <gtest/gtest.h>
 
@@ -38,7 +38,8 @@ inline PictureLight light_of(const film::Film& film, uint32_t accumulator) {
     light.width = w.width();
     for (int y = w.y0; y < w.y1; ++y) {
         for (int x = w.x0; x < w.x1; ++x) {
-            const image::PixelHalves h = image::resolve_halves(film.sums(), x, y, accumulator);
+            const accumulate::PixelHalves h =
+                accumulate::resolve_halves(film.sums(), x, y, accumulator);
             EXPECT_TRUE(h.is_known);
             light.halves.push_back(
                 {(h.a[0] + h.a[1] + h.a[2]) / 3, (h.b[0] + h.b[1] + h.b[2]) / 3});

@@ -22,11 +22,11 @@ uint64_t from_environment(const char* name, uint64_t otherwise) {
 }
 
 bool is_finite(const film::Film& film) {
-    const image::AccumulatorTable& table = film.sums().table();
+    const accumulate::AccumulatorTable& table = film.sums().table();
     for (int y = film.window().y0; y < film.window().y1; ++y) {
         for (int x = film.window().x0; x < film.window().x1; ++x) {
             for (uint32_t a = 0; a < table.total_count(); ++a) {
-                const image::Triple t = film.sums().total(x, y, a);
+                const accumulate::Triple t = film.sums().total(x, y, a);
                 if (!std::isfinite(t.x) || !std::isfinite(t.y) || !std::isfinite(t.z)) return false;
             }
         }

@@ -2,9 +2,9 @@
 // A lamp that one sample in a hundred meets: 16 pilot samples miss it with probability 0.85. A
 // pixel that stopped for it would be too dark, one that went on for it as well (H46). Where samples
 // are placed by noise, means stay all the same.
+#include "accumulate/pixel_means.h"
 #include "base/hash.h"
 #include "hard_case.h"
-#include "image/pixel_means.h"
 #include "integrator/path_tracer.h"
 #include "integrator/sample_placement.h"
 #include "integrator/schedule.h"
@@ -262,7 +262,7 @@ Rendered render_by_bsdf(const integrator::World& world,
             tracer.trace(x, y, s, out, counts);
         },
         {});
-    const std::vector<float> rgba = image::resolve_rgba(film.sums());
+    const std::vector<float> rgba = accumulate::resolve_rgba(film.sums());
     const film::NoiseEstimate noise = film.noise();
     Rendered r{0, noise.samples_min, noise.samples_max};
     for (size_t i = 0; i < rgba.size(); i += 4) r.mean += double(rgba[i]) / (side * side);

@@ -102,7 +102,7 @@ TEST(Splitting, KeepsTheMeanOfEveryLayer) {
                 double total = 0;
                 for (int y = 0; y < 16; ++y) {
                     for (int x = 0; x < 20; ++x) {
-                        const image::Triple t = film.sums().total(x, y, a);
+                        const accumulate::Triple t = film.sums().total(x, y, a);
                         total += t.x + t.y + t.z;
                     }
                 }
@@ -149,7 +149,8 @@ TEST(Splitting, TilesThreadsPartsAndCropsGiveTheSameBits) {
     for (int y = 5; y < 29; ++y) {
         for (int x = 7; x < 31; ++x) {
             for (uint32_t a = 0; a < whole.sums().table().total_count(); ++a) {
-                const image::Triple p = crop.sums().total(x, y, a), q = whole.sums().total(x, y, a);
+                const accumulate::Triple p = crop.sums().total(x, y, a),
+                                         q = whole.sums().total(x, y, a);
                 ASSERT_TRUE(p.x == q.x && p.y == q.y && p.z == q.z);
             }
         }
@@ -189,7 +190,7 @@ TEST(Splitting, GoesOnBesideThePicture) {
     const scene::Scene scene = scene_from_usda(room_usda(), 20, 16);
     const film::Film film = render_scene(scene, options_of(2),
                                          {.window = film::Window{-70, -60, 90, 70}, .branches = 0});
-    EXPECT_EQ(film.sums().total(-60, 0, image::AccumulatorTable::coverage).z, 2.0);
+    EXPECT_EQ(film.sums().total(-60, 0, accumulate::AccumulatorTable::coverage).z, 2.0);
 }
 
 TEST(Splitting, IsChosenWhereIndirectLightMakesTheNoise) {

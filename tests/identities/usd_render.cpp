@@ -126,11 +126,11 @@ film::Film render_scene(const scene::Scene& scene,
 
 uint64_t fingerprint(const film::Film& film) {
     uint64_t h = 0;
-    const image::AccumulatorTable& table = film.sums().table();
+    const accumulate::AccumulatorTable& table = film.sums().table();
     for (int y = film.window().y0; y < film.window().y1; ++y) {
         for (int x = film.window().x0; x < film.window().x1; ++x) {
             for (uint32_t a = 0; a < table.total_count(); ++a) {
-                const image::Triple t = film.sums().total(x, y, a);
+                const accumulate::Triple t = film.sums().total(x, y, a);
                 for (const double v : {t.x, t.y, t.z})
                     h = hash_combine(h, std::bit_cast<uint64_t>(v + 0.0));
             }
@@ -143,7 +143,8 @@ std::vector<double> beauty(const film::Film& film) {
     std::vector<double> out;
     for (int y = film.window().y0; y < film.window().y1; ++y) {
         for (int x = film.window().x0; x < film.window().x1; ++x) {
-            const image::Triple t = film.sums().total(x, y, image::AccumulatorTable::beauty);
+            const accumulate::Triple t =
+                film.sums().total(x, y, accumulate::AccumulatorTable::beauty);
             out.insert(out.end(), {t.x, t.y, t.z});
         }
     }

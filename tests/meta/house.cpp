@@ -7,9 +7,9 @@
 namespace velatura::meta {
 
 const std::map<std::string, std::set<std::string>>& tier_table() {
-    static const std::set<std::string> core = {"image",    "sampling", "guiding", "scene",
-                                               "geometry", "accel",    "camera",  "shading",
-                                               "media",    "lights",   "film"};
+    static const std::set<std::string> core = {
+        "image",    "accumulate", "statistics", "layers",  "sampling", "guiding", "scene",
+        "geometry", "accel",      "camera",     "shading", "media",    "lights",  "film"};
     static const auto with = [](std::set<std::string> more) {
         more.insert(core.begin(), core.end());
         return more;
@@ -17,6 +17,9 @@ const std::map<std::string, std::set<std::string>>& tier_table() {
     static const std::map<std::string, std::set<std::string>> table = {
         {"base", {}},
         {"image", {"plugin"}},
+        {"accumulate", {"image"}},
+        {"statistics", {"accumulate", "image"}},
+        {"layers", {"accumulate", "statistics", "image"}},
         {"sampling", {}},
         {"guiding", {"sampling"}},
         {"plugin", {}},
@@ -36,17 +39,17 @@ const std::map<std::string, std::set<std::string>>& tier_table() {
         {"shading", {"scene", "geometry", "sampling", "image", "plugin"}},
         {"media", {"scene", "sampling"}},
         {"lights", {"scene", "geometry", "sampling", "shading"}},
-        {"film", {"scene", "image"}},
+        {"film", {"scene", "image", "accumulate", "statistics", "layers"}},
         {"integrator/classic", {"scene", "geometry", "sampling", "shading", "lights"}},
         {"integrator", with({"integrator/classic"})},
         {"render", with({"integrator", "plugin", "translate", "usd/stage"})},
         {"selftest", with({"integrator", "render"})},
-        {"study", {"image"}},
+        {"study", {"statistics", "image"}},
         {"app", with({"plugin", "import", "usd/layer", "usd/text", "usd/crate", "usd/package",
                       "usd/materialx", "usd/compose", "usd/stage", "translate", "integrator",
                       "render", "selftest", "study"})},
-        {"compositor", {"image"}},
-        {"compositor/window", {"compositor", "image"}},
+        {"compositor", {"image", "accumulate", "statistics", "layers"}},
+        {"compositor/window", {"compositor", "image", "accumulate", "statistics", "layers"}},
     };
     return table;
 }
@@ -57,8 +60,8 @@ const std::vector<Library>& library_table() {
         {"half.h", {}},
         {"fmt/", {}},
         {"nlohmann/", {}},
-        {"OpenEXR/", {"src/image/"}},
-        {"Imf", {"src/image/"}},
+        {"OpenEXR/", {"src/image/", "src/layers/"}},
+        {"Imf", {"src/image/", "src/layers/"}},
         {"OpenColorIO/", {"src/image/"}},
         {"OpenImageIO/", {"plugins/openimageio/"}},
         {"openssl/", {"src/image/", "src/study/"}},

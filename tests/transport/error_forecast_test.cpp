@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a render says of its error, and of the samples that a smaller one needs, against what many
 // renders show.
-#include "image/block_errors.h"
-#include "image/pixel_means.h"
-#include "image/relative_error.h"
+#include "accumulate/pixel_means.h"
+#include "statistics/block_errors.h"
+#include "statistics/relative_error.h"
 #include "transport/transport_scene.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ namespace velatura::test {
 
 namespace {
 
-using integrator::ErrorForecast;
+using statistics::ErrorForecast;
 
 constexpr int width = 64, height = 48;
 constexpr uint64_t seeds = 5, few = 64, many = 256;
@@ -43,7 +43,7 @@ TEST_P(ErrorOfScenes, IsAsForetold) {
     TransportRenderer renderer(scene, default_technique());
     const TransportRenderer::Placement placement = {is_adaptive, integrator::Guiding::Off, false};
     std::vector<Pixels> early, late;
-    std::vector<integrator::ErrorCurve> curves;
+    std::vector<statistics::ErrorCurve> curves;
     for (uint64_t seed = 0; seed < seeds; ++seed) {
         early.push_back(renderer.render_scheduled(seed, few, placement));
         curves.push_back(renderer.curve());
@@ -53,8 +53,8 @@ TEST_P(ErrorOfScenes, IsAsForetold) {
                  samples_late = renderer.curve().points().back().samples_mean;
     double stated = 0, logarithm = 0;
     int inside = 0;
-    for (const integrator::ErrorCurve& curve : curves) {
-        const integrator::ErrorPoint last = curve.points().back();
+    for (const statistics::ErrorCurve& curve : curves) {
+        const statistics::ErrorPoint last = curve.points().back();
         stated += last.error.value / double(seeds);
         const ErrorForecast f = curve.forecast(target);
         ASSERT_NE(f.kind, ErrorForecast::Kind::Reached);
@@ -62,7 +62,7 @@ TEST_P(ErrorOfScenes, IsAsForetold) {
         logarithm += std::log(f.samples / samples_late) / double(seeds);
         inside += f.samples_low <= samples_late && samples_late <= f.samples_high;
     }
-    const integrator::ErrorSlope slope = curves[0].slope();
+    const statistics::ErrorSlope slope = curves[0].slope();
     std::printf(
         "%s%s: error %.4f, stated %.4f (%+.1f %%), slope %.3f +- %.3f; error %.4f at %.0f spp, "
         "forecast at %.0f spp (%+.1f %%), inside %d of %d\n",
@@ -84,11 +84,12 @@ struct Intervals {
 /// the mean of all other renders.
 Intervals intervals_of(const scene::Scene& scene, uint64_t runs, uint64_t samples) {
     TransportRenderer renderer(scene, default_technique());
-    std::vector<std::vector<image::BlockError>> renders;
+    std::vector<std::vector<statistics::BlockError>> renders;
     for (uint64_t seed = 0; seed < runs; ++seed) {
         const film::Film film = renderer.render_film(
             seed, samples, {true, integrator::Guiding::Off, false}, renderer.beauty_layers());
-        renders.push_back(image::block_errors(film.sums(), renderer.curve().slope().value).value());
+        renders.push_back(
+            statistics::block_errors(film.sums(), renderer.curve().slope().value).value());
     }
     Intervals intervals;
     for (size_t b = 0; b < renders[0].size(); ++b) {
@@ -151,7 +152,7 @@ double reached_of(const scene::Scene& scene,
         const film::Film film =
             renderer.render_film(seed, 4096, placement, renderer.beauty_layers());
         samples += film.noise().samples_mean / double(renders);
-        const std::vector<float> rgba = image::resolve_rgba(film.sums());
+        const std::vector<float> rgba = accumulate::resolve_rgba(film.sums());
         for (size_t i = 0; i < truth.size(); ++i) {
             const double difference = double(rgba[i / 3 * 4 + i % 3]) - truth[i];
             square += difference * difference / (truth[i] * truth[i] + 0.01) /

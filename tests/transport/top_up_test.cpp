@@ -4,8 +4,8 @@
 #include "compositor/top_up.h"
 
 #include "base/hash.h"
-#include "image/sums_part.h"
 #include "integrator/schedule.h"
+#include "layers/sums_part.h"
 #include "transport/mixes.h"
 
 #include <fmt/format.h>
@@ -89,12 +89,12 @@ compositor::TopUpPlan plan_for(const film::Film& film, const Look& look, double 
 }
 
 integrator::RenderResult top_up(film::Film& film,
-                                const image::TopUpRequest& request,
+                                const layers::TopUpRequest& request,
                                 uint64_t samples,
                                 const integrator::SampleFunction& sample,
                                 const std::atomic<bool>* stop = nullptr) {
     const integrator::TopUpCounts counts(
-        film, image::place_samples(window, request.priority, request.present, double(samples)),
+        film, layers::place_samples(window, request.priority, request.present, double(samples)),
         samples);
     integrator::RenderCallbacks callbacks;
     callbacks.stop = stop;
@@ -166,7 +166,7 @@ TEST(TopUp, TheMeanOfAllSamplesStays) {
         // What the test can see: pixels that ask for samples by what they saw themselves
         if (seed >= 24) continue;
         film::Film biased = first_render(seed, 8);
-        image::TopUpRequest own = plan.request;
+        layers::TopUpRequest own = plan.request;
         for (size_t i = 0; i < window.pixel_count(); ++i)
             own.priority[i] = float(std::sqrt(plan.forecast.error.relative_square(0, i)) + 0.05);
         top_up(biased, own, 40, lamp_and_fill(seed));
@@ -216,8 +216,8 @@ TEST(TopUp, HoweverOftenItIsStoppedTheBitsAreTheSame) {
     film::Film whole = first_render(5, 20);
     const compositor::TopUpPlan plan = plan_for(whole, lamp_by(2), 60);
     top_up(whole, plan.request, 60, lamp_and_fill(5));
-    EXPECT_EQ(counts_of(whole), image::place_samples(window, plan.request.priority,
-                                                     counts_of(first_render(5, 20)), 60));
+    EXPECT_EQ(counts_of(whole), layers::place_samples(window, plan.request.priority,
+                                                      counts_of(first_render(5, 20)), 60));
 
     film::Film part = first_render(5, 20);
     std::atomic<bool> stop = false;
@@ -280,11 +280,11 @@ TEST(Stopped, RendersGoOnWhereEveryPixelIs) {
                 // Through the stored sums, as a file keeps them
                 image::Image file;
                 file.data = window;
-                auto stored = image::sums_part(part.sums());
+                auto stored = layers::sums_part(part.sums());
                 ASSERT_TRUE(stored.has_value());
                 file.parts.push_back(std::move(*stored));
-                file.attributes["velatura/sums"] = image::sums_json(part.layer_set(), file);
-                auto sums = image::read_sums(file);
+                file.attributes["velatura/sums"] = layers::sums_json(part.layer_set(), file);
+                auto sums = layers::read_sums(file);
                 ASSERT_TRUE(sums.has_value());
                 part = film::Film(std::move(*sums), {});
             }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "transport/transport_scene.h"
 
+#include "accumulate/pixel_means.h"
 #include "base/check.h"
 #include "base/tasks.h"
-#include "image/pixel_means.h"
 #include "render/load_scene.h"
 
 #include <fmt/format.h>
@@ -176,7 +176,7 @@ Pixels TransportRenderer::render_scheduled(uint64_t seed,
                                            uint64_t samples,
                                            const Placement& placement) {
     const std::vector<float> rgba =
-        image::resolve_rgba(render_film(seed, samples, placement, beauty_layers()).sums());
+        accumulate::resolve_rgba(render_film(seed, samples, placement, beauty_layers()).sums());
     Pixels pixels;
     pixels.reserve(rgba.size() / 4 * 3);
     for (size_t i = 0; i < rgba.size(); i += 4)

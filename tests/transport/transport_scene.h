@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "integrator/error_curve.h"
 #include "render/renderer.h"
 #include "scene/scene.h"
+#include "statistics/error_curve.h"
 
 #include <cstdint>
 #include <functional>
@@ -55,7 +55,7 @@ class TransportRenderer {
         bool splits = true;
         double target_error = 0;  ///< it stops there; 0: at its samples
         /// Sees the film after every pass but the last, with what is known of its error.
-        std::function<void(const film::Film&, const integrator::ErrorCurve&)> after_pass = {};
+        std::function<void(const film::Film&, const statistics::ErrorCurve&)> after_pass = {};
     };
 
     /// The same by the render schedule, `samples` in the mean where it is adaptive, after training
@@ -78,7 +78,7 @@ class TransportRenderer {
     double mean_branches() const { return mean_branches_; }
 
     /// What it said of its error on the way.
-    const integrator::ErrorCurve& curve() const { return curve_; }
+    const statistics::ErrorCurve& curve() const { return curve_; }
 
     uint64_t bad_samples() const { return bad_; }
 
@@ -92,7 +92,7 @@ class TransportRenderer {
     uint64_t bad_ = 0;
     bool was_guided_ = false;
     double mean_branches_ = 1;
-    integrator::ErrorCurve curve_;
+    statistics::ErrorCurve curve_;
 };
 
 /// Element-wise mean of estimates of one picture.

@@ -28,16 +28,16 @@ image::Image made_image() {
         channel.data = std::move(values);
         part.channels.push_back(std::move(channel));
     };
-    const auto id = [](size_t i) { return std::bit_cast<float>(image::matte_id(names[i % 4])); };
+    const auto id = [](size_t i) { return std::bit_cast<float>(layers::matte_id(names[i % 4])); };
     for (const char* c : {"R", "G", "B", "key.R", "key.G", "key.B"})
         add(c, [](size_t) { return 0.5f; });
     add("CryptoObject00.R", [&](size_t i) { return id(i); });
     add("CryptoObject00.G", [](size_t) { return 0.75f; });
     add("CryptoObject00.B", [&](size_t i) { return id(i + 1); });
     add("CryptoObject00.A", [](size_t) { return 0.25f; });
-    image::Cryptomatte matte{"CryptoObject", {}};
-    for (const std::string& name : names) matte.names.push_back({name, image::matte_id(name)});
-    image::describe_cryptomatte(matte, image.attributes);
+    layers::Cryptomatte matte{"CryptoObject", {}};
+    for (const std::string& name : names) matte.names.push_back({name, layers::matte_id(name)});
+    layers::describe_cryptomatte(matte, image.attributes);
     return image;
 }
 
@@ -156,8 +156,8 @@ TEST(Session, TheMatteIsDrawnWhileItIsPicked) {
 
 TEST(Session, ObjectsWithoutANameAreSaid) {
     image::Image image = made_image();
-    image::Cryptomatte none{"CryptoObject", {{names[0], image::matte_id(names[0])}}};
-    image::describe_cryptomatte(none, image.attributes);
+    layers::Cryptomatte none{"CryptoObject", {{names[0], layers::matte_id(names[0])}}};
+    layers::describe_cryptomatte(none, image.attributes);
     Session session{RecentFiles("")};
     session.show("nameless.exr", made_levels(std::move(image)));
     session.pick(3, 1);

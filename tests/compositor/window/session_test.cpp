@@ -2,7 +2,7 @@
 #include "compositor/window/session.h"
 
 #include "base/atomic_file.h"
-#include "image/layer_file.h"
+#include "layers/layer_file.h"
 #include "window_stack.h"
 
 #include <gtest/gtest.h>
@@ -519,7 +519,7 @@ TEST(Session, WritesTheMixedFile) {
     session.edit("", [](Look& l) { set_stops(l, "key", 1); });
     const std::string path = film::temporary_file("session_mix.exr");
     ASSERT_TRUE(session.output_writer(path)().has_value());
-    const auto written = image::read_layer_file(path);
+    const auto written = layers::read_layer_file(path);
     ASSERT_TRUE(written.has_value());
     const PictureTask& task = *session.picture(0);
     const image::Image expected = apply_mix(session.stack(), *task.plans[0], task.look, false);

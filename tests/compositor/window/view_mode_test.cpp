@@ -137,7 +137,7 @@ TEST(ShownLayers, HalfImagesAreListedLast) {
     bool is_half = false;
     size_t halves = 0;
     for (const ShownLayer& layer : shown_layers(*stack)) {
-        const image::LayerEntry* entry = stack->header().find(layer.name);
+        const accumulate::LayerEntry* entry = stack->header().find(layer.name);
         const bool is_one = entry && entry->family == "halves";
         EXPECT_TRUE(is_one || !is_half) << layer.name;
         is_half = is_half || is_one;

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accumulate/sample_sums.h"
+#include "base/result.h"
+#include "image/image.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace velatura::layers {
+
+/// The exact node sums as UINT channels: `sums<node>_<accumulator>.x0` (low word of x), `.x1` (high
+/// word) …, and `sums_first sums_end sums_invalid sums_primId sums_instanceId sums_hasIds` per
+/// pixel, `sums_rate` where the schedule has decided on it,
+/// `sums_earlierR`, `G`, `B` (bits of floats) where earlier means are known. Channels of zeros are
+/// left out. Errors: "sums-folded" (the store has a final_end), "sums-range" (sample index of 2^32
+/// or more).
+Result<image::Part> sums_part(const accumulate::SampleSums& sums);
+
+/// The header string `velatura/sums`: the layer set and the digest of the bookkeeping channels.
+std::string sums_json(const accumulate::LayerSet& set, const image::Image& image);
+
+/// Errors: "no-sums" (written without sums), "sums-damaged".
+Result<accumulate::SampleSums> read_sums(const image::Image& image);
+
+/// Samples of every pixel, [pixel of the data window]. Errors: "no-sums", "sums-damaged".
+Result<std::vector<uint64_t>> stored_counts(const image::Image& image);
+
+/// True if the bookkeeping channels have the digest that the header states, or if there are none.
+bool are_sums_intact(const image::Image& image);
+
+}  // namespace velatura::layers

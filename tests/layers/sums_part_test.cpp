@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+// Exact sums in a file: they come back as they were, and what cannot be right is refused, even
+// where its digest is.
+#include "layers/sums_part.h"
+
+#include "accumulate/matte_sums.h"
+#include "base/hash.h"
+#include "layers/layer_header.h"
+#include "layers/resolve.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace velatura::image {
+
+namespace {
+
+constexpr Window window{-3, 2, 20, 21};
+
+accumulate::LayerSet some_set() {
+    accumulate::LayerSet set;
+    set.groups = {{"key", {"/key"}, false}, {"fill", {"/fill"}, false}};
+    set.halves = true;
+    set.mattes = {true, true};
+    return set;
+}
+
+double number(uint64_t seed, uint64_t i) {
+    return double(hash_combine(seed, i) >> 11) * 0x1p-53;
+}
+
+/// Pixels with ranges of several nodes, from other samples on, with no samples; many things in one
+/// pixel.
+accumulate::SampleSums some_sums() {
+    const accumulate::LayerSet set = some_set();
+    accumulate::SampleSums sums(window, set);
+    for (int y = window.y0; y < window.y1; ++y) {
+        for (int x = window.x0; x < window.x1; ++x) {
+            const uint64_t i = window.index(x, y), first = i % 3;
+            const accumulate::PixelRecord record{.first = first,
+                                                 .end = first + i % 12,
+                                                 .prim_id = uint32_t(i),
+                                                 .has_ids = i % 2 == 0,
+                                                 .rate = uint8_t(i % 4)};
+            const size_t nodes = accumulate::DyadicRule(first).nodes(first, record.end).size();
+            std::vector<accumulate::NodeSums> list;
+            for (const uint32_t a : {accumulate::AccumulatorTable::beauty,
+                                     accumulate::AccumulatorTable::coverage, sums.table().bounce(1),
+                                     sums.table().half_of(accumulate::AccumulatorTable::beauty)}) {
+                accumulate::NodeSums one{a, {}};
+                for (size_t n = 0; n < nodes; ++n)
+                    one.nodes.push_back({number(a, 50 * i + n), 1.0, -number(a + 1, 50 * i + n)});
+                list.push_back(std::move(one));
+            }
+            sums.append(x, y, record, list);
+            if (record.end == first) continue;
+            std::vector<accumulate::MatteWeight> things;
+            for (uint32_t m = 0; m < i % 20; ++m)
+                things.push_back({uint8_t(m % 2), 7 * m,
+                                  m % 5 == 0 ? -accumulate::matte_weight(0.25)
+                                             : accumulate::matte_weight(number(m, i) + 0.125)});
+            accumulate::join_matte_weights(things);
+            sums.mattes()->add(x, y, things);
+        }
+    }
+    return sums;
+}
+
+Image image_of(const accumulate::SampleSums& sums) {
+    Image image;
+    image.data = image.display = window;
+    image.parts.push_back(*layers::sums_part(sums));
+    image.attributes[layers::sums_attribute] = layers::sums_json(sums.layer_set(), image);
+    return image;
+}
+
+Channel& channel(Image& image, const std::string& name) {
+    for (Channel& c : image.parts[0].channels)
+        if (c.name == name) return c;
+    ADD_FAILURE() << name;
+    return image.parts[0].channels[0];
+}
+
+std::vector<uint32_t>& words(Image& image, const std::string& name) {
+    return std::get<std::vector<uint32_t>>(channel(image, name).data);
+}
+
+/// What is refused though the digest is that of the damaged channels.
+template <class Damage>
+void expect_damaged(const char* why, const Damage& damage) {
+    Image image = image_of(some_sums());
+    damage(image);
+    image.attributes[layers::sums_attribute] = layers::sums_json(some_set(), image);
+    const auto read = layers::read_sums(image);
+    ASSERT_FALSE(read.has_value()) << why;
+    EXPECT_EQ(read.error().code, "sums-damaged") << why;
+}
+
+}  // namespace
+
+TEST(SumsPart, ComesBackAsItWas) {
+    const accumulate::SampleSums sums = some_sums();
+    const auto back = layers::read_sums(image_of(sums));
+    ASSERT_TRUE(back.has_value()) << back.error().message;
+    EXPECT_EQ(back->layer_set(), sums.layer_set());
+    EXPECT_EQ(back->used_accumulators(), sums.used_accumulators());
+    for (int y = window.y0; y < window.y1; ++y) {
+        for (int x = window.x0; x < window.x1; ++x) {
+            const accumulate::PixelRecord &a = sums.record(x, y), &b = back->record(x, y);
+            ASSERT_EQ(a.first, b.first);
+            ASSERT_EQ(a.end, b.end);
+            ASSERT_EQ(a.prim_id, b.prim_id);
+            ASSERT_EQ(a.has_ids, b.has_ids);
+            ASSERT_EQ(a.rate, b.rate);
+            for (const uint32_t accumulator : sums.used_accumulators()) {
+                for (size_t n = 0; n < sums.nodes_of(x, y).size(); ++n)
+                    ASSERT_EQ(sums.node_sum(x, y, accumulator, n),
+                              back->node_sum(x, y, accumulator, n));
+            }
+            ASSERT_EQ(sums.mattes()->at(x, y), back->mattes()->at(x, y));
+        }
+    }
+    const auto counts = layers::stored_counts(image_of(sums));
+    ASSERT_TRUE(counts.has_value());
+    for (size_t i = 0; i < counts->size(); ++i) EXPECT_EQ((*counts)[i], i % 12);
+}
+
+TEST(SumsPart, HasTheChannelsOfItsContract) {
+    Image image = image_of(some_sums());
+    for (const char* name :
+         {"sums_first", "sums_end", "sums_invalid", "sums_primId", "sums_instanceId", "sums_hasIds",
+          "sums_rate", "sums0_0.x1", "sums1_1.y1", "sums_matte0.kind", "sums_matte18.w1"})
+        EXPECT_NE(image.find(name), nullptr) << name;
+}
+
+TEST(SumsPart, RefusesWhatCannotBe) {
+    const auto add = [](const std::string& name) {
+        return [name](Image& image) {
+            image.parts[0].channels.push_back(
+                Channel::make(name, ChannelType::Uint, window.pixel_count()));
+        };
+    };
+    const auto drop = [](const std::string& name) {
+        return [name](Image& image) {
+            std::erase_if(image.parts[0].channels,
+                          [&](const Channel& c) { return c.name == name; });
+        };
+    };
+    for (const char* name : {"sums_end", "sums_hasIds", "sums_matte0.id", "sums_matte3.w1"})
+        expect_damaged(name, drop(name));
+    // Nodes, accumulators and words that there are not, and what is no number at all
+    for (const char* name : {"sums64_0.x0", "sums99999999999_0.x0", "sums0_100000.x0",
+                             "sums0_4294967296.x0", "sums0_0.x2", "sums0_0.", "sums0_0",
+                             "sums_other", "sums-1_0.x0", "sums", "sums_matte99.kind"})
+        expect_damaged(name, add(name));
+    for (const char* name : {"sums_first", "sums_rate", "sums0_0.x1", "sums_matte0.w0"}) {
+        expect_damaged("as floats", [&](Image& image) {
+            channel(image, name).data = std::vector<float>(window.pixel_count());
+        });
+        expect_damaged("too few", [&](Image& image) { words(image, name).pop_back(); });
+    }
+    expect_damaged("an end before the beginning", [](Image& image) {
+        words(image, "sums_end")[40] = 0;
+        words(image, "sums_first")[40] = 1;
+    });
+    // Of a pixel with 15 things and 11 samples
+    expect_damaged("a kind that there is not",
+                   [](Image& image) { words(image, "sums_matte0.kind")[35] = 256; });
+    expect_damaged("a weight of too many samples",
+                   [](Image& image) { words(image, "sums_matte0.w1")[35] = 0x7fffffff; });
+    expect_damaged("more of them than fit together", [](Image& image) {
+        // Eight times the samples of the pixel each, of sixteen times at most
+        for (const char* name : {"sums_matte0.", "sums_matte1."}) {
+            words(image, name + std::string("kind"))[35] = 1;
+            words(image, name + std::string("w0"))[35] = 0;
+            words(image, name + std::string("w1"))[35] = 2;
+        }
+    });
+    expect_damaged("a negative one",
+                   [](Image& image) { words(image, "sums_matte0.w1")[35] = 0x80000000; });
+}
+
+TEST(SumsPart, CountsOfSamplesAreThoseOfTheRanges) {
+    Image image = image_of(some_sums());
+    words(image, "sums_first")[5] = 0;
+    words(image, "sums_end")[5] = 0xffffffffu;
+    EXPECT_EQ((*layers::stored_counts(image))[5], 0xffffffffu);
+    words(image, "sums_first")[5] = 9;
+    words(image, "sums_end")[5] = 8;
+    EXPECT_EQ(layers::stored_counts(image).error().code, "sums-damaged");
+    image = image_of(some_sums());
+    words(image, "sums_end").pop_back();
+    EXPECT_EQ(layers::stored_counts(image).error().code, "sums-damaged");
+}
+
+TEST(SumsPart, RefusesLayerSetsWithMoreAccumulatorsThanNumbers) {
+    accumulate::LayerSet set = some_set();
+    set.caster_layers = set.shadow_layers = set.matrix_layers = true;
+    for (int i = 0; i < 9; ++i) {
+        for (int k = 0; k < 7000; ++k) {
+            set.groups.push_back({"g", {}, false});
+            set.casters.push_back({"c", ""});
+        }
+    }
+    EXPECT_EQ(accumulate::LayerSet::from_json(set.to_json()).error().code, "layer-set-json");
+    set.casters.resize(100);
+    EXPECT_TRUE(accumulate::LayerSet::from_json(set.to_json()).has_value());
+}
+
+}  // namespace velatura::image
