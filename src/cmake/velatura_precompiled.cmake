@@ -59,7 +59,9 @@ endforeach()
 foreach(tier image accumulate statistics layers import study app compositor compositor_window)
   set(velatura_set_of_${tier} json)
 endforeach()
-foreach(tier usd_layer usd_text usd_crate usd_package usd_materialx usd_compose usd_stage translate)
+foreach(tier usd_layer usd_text usd_crate usd_package usd_materialx usd_compose usd_stage translate translate_context translate_color
+        translate_motion translate_materials translate_lights translate_geometry translate_linking translate_volumes
+        translate_instancing)
   set(velatura_set_of_${tier} usd)
 endforeach()
 foreach(tier scene geometry accel camera shading media lights film integrator integrator_classic render selftest)

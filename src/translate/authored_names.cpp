@@ -2,8 +2,9 @@
 #include "translate/authored_names.h"
 
 #include "base/nearest_names.h"
+#include "translate/context/values.h"
 #include "translate/known_names.h"
-#include "translate/values.h"
+#include "translate/schema_support.h"
 #include "usd/stage/schema_fallbacks.h"
 #include "usd/stage/xform.h"
 

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "translate/motion.h"
-#include "translate/parts.h"
-#include "translate/values.h"
+#include "translate/camera.h"
+
+#include "translate/context/placeable.h"
+#include "translate/context/values.h"
+#include "translate/geometry/mesh_motion.h"
+#include "translate/motion/shutter.h"
 #include "usd/stage/xform.h"
 
 #include <fmt/format.h>
@@ -17,7 +20,7 @@ struct Aperture {
     double width = 20.955, height = 15.2908;  ///< tenths of scene units
 };
 
-/// Fits the aperture to the picture, or for adjustPixelAspectRatio the pixels to the aperture.
+/// Fits the aperture to the image, or for adjustPixelAspectRatio the pixels to the aperture.
 /// Ref: UsdRenderSettingsBase aspectRatioConformPolicy.
 Aperture conform(Context& ctx, const Aperture& authored) {
     scene::RenderSettings& settings = ctx.scene.settings;
@@ -61,17 +64,17 @@ double finite(Context& ctx, Prim prim, std::string_view name, double fallback) {
     return fallback;
 }
 
-constexpr int most_blades = 1024;
+constexpr int max_blades = 1024;
 
 /// The opening between the blades: velatura:lens:blades, rotation, roundness.
 void read_blades(Context& ctx, Prim prim, scene::Camera& camera) {
     const Attribute attribute = prim.attribute("velatura:lens:blades");
     const double blades = read_number(attribute, 0.0, ctx.time);
     if (blades == 0.0) return;
-    if (!(blades >= 3.0 && blades <= most_blades && blades == std::floor(blades))) {
+    if (!(blades >= 3.0 && blades <= max_blades && blades == std::floor(blades))) {
         ctx.warn("bad-camera-value", attribute,
                  fmt::format("velatura:lens:blades is {}, expected 0 or 3 to {}; the lens is round",
-                             blades, most_blades));
+                             blades, max_blades));
         return;
     }
     camera.lens_blades = int(blades);
@@ -107,14 +110,14 @@ void read_lens(Context& ctx, Prim prim, double focal_length, scene::Camera& came
 }
 
 /// Most segments of a camera's motion: there is but one camera, and its curve is the whole
-/// picture's.
-constexpr size_t most_camera_segments = 64;
+/// image's.
+constexpr size_t max_camera_segments = 64;
 
 /// Of a shutter's time: authored samples between would be missed with fewer.
 constexpr size_t fewest_camera_segments = 4;
 
 /// How far the view may turn [rad] from where straight lines between keys lead, and its place stray
-/// in parts of the way: a hundredth of a pixel of most pictures.
+/// in parts of the way: a hundredth of a pixel of most images.
 constexpr double view_straying = 1e-5;
 
 /// Whether the camera at `m` looks from where it does at `straight`, in the directions of its axes.
@@ -144,8 +147,7 @@ void read_motion(Context& ctx, Prim prim, const Shutter& shutter, scene::Camera&
         return relative_to(usd::stage::world_transform(prim, time), camera.world_position);
     };
     std::vector<Mat4d> keys;
-    for (size_t segments = fewest_camera_segments; segments <= most_camera_segments;
-         segments *= 2) {
+    for (size_t segments = fewest_camera_segments; segments <= max_camera_segments; segments *= 2) {
         const double step = 1.0 / double(segments);
         keys.clear();
         for (size_t k = 0; k <= segments; ++k) keys.push_back(matrix_at(double(k) * step));
@@ -206,7 +208,7 @@ void read_shutter(Context& ctx, Prim prim, scene::Camera& camera) {
     }
     ctx.shutter = Shutter{ctx.time.value() + open, ctx.time.value() + close};
     read_shutter_curve(ctx, prim, camera);
-    if (const auto seen = shutter_of(ctx, prim)) read_motion(ctx, prim, *seen, camera);
+    if (const auto seen = motion::shutter_of(ctx, prim)) read_motion(ctx, prim, *seen, camera);
 }
 
 /// Tenths of a scene unit that lens and film are measured in. Ref: UsdGeomCamera, units (OpenUSD's
@@ -306,7 +308,7 @@ scene::Camera framing_camera(Context& ctx, const Box3d& world_bounds) {
     const Vec3d centre = is_empty ? Vec3d(0.0) : (world_bounds.min + world_bounds.max) / 2;
     double radius = is_empty ? 1.0 : (world_bounds.max - world_bounds.min).length() / 2;
     if (!(radius > 0.0)) radius = 1.0;
-    // Far enough for the sphere around the box to touch the narrower side of the picture
+    // Far enough for the sphere around the box to touch the narrower side of the image
     const double half_window = std::min(camera.window_right, camera.window_top);
     const double distance = radius * std::sqrt(1 + half_window * half_window) / half_window;
     const bool is_z_up = ctx.stage.up_axis() == "Z";

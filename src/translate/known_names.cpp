@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/known_names.h"
 
+#include "translate/schema_support.h"
+
 #include <algorithm>
 #include <cctype>
 #include <functional>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/light_values.h"
 
-#include "translate/color_space.h"
-#include "translate/light_inputs.h"
-#include "translate/shader_inputs.h"
-#include "translate/values.h"
+#include "translate/color/color_space.h"
+#include "translate/context/values.h"
+#include "translate/lights/light_inputs.h"
+#include "translate/materials/shader_inputs.h"
 
 #include <algorithm>
 #include <unordered_set>
@@ -17,15 +17,15 @@ LightPrimValues values_of(const usd::stage::Stage& stage, Prim prim, TimeCode ti
     LightPrimValues v;
     const auto input = [&](const std::string& name) {
         const Attribute own = prim.attribute("inputs:" + name);
-        const ShaderSource source = shader_source(stage, own);
+        const materials::ShaderSource source = materials::shader_source(stage, own);
         return source.shader || !source.value.is_valid() ? own : source.value;
     };
     v.path = prim.path_string();
     v.type = prim.type_name().str();
-    v.intensity = read_number(input("intensity"), default_intensity(v.type), time);
+    v.intensity = read_number(input("intensity"), lights::default_intensity(v.type), time);
     v.exposure = read_number(input("exposure"), 0.0, time);
     const Attribute color = input("color");
-    const auto space = color_space_of(color, [](auto&&...) {});
+    const auto space = color::color_space_of(color, [](auto&&...) {});
     if (const auto authored = read_vector(color, 3, time)) {
         Vec3d linear((*authored)[0], (*authored)[1], (*authored)[2]);
         if (space) linear = space->decoding(linear);

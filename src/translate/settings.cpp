@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "translate/named_color_space.h"
-#include "translate/parts.h"
-#include "translate/values.h"
+#include "translate/settings.h"
+
+#include "translate/color/named_color_space.h"
+#include "translate/context/values.h"
+#include "translate/geometry/primvars.h"
+#include "translate/materials/materials.h"
+#include "translate/translate.h"
 
 #include <fmt/format.h>
 
@@ -102,7 +106,7 @@ scene::RenderVar read_var(Context& ctx, Prim prim) {
     var.source_type = read_text(prim.attribute("sourceType"), "raw", ctx.time);
     var.provenance = ctx.provenance(prim);
     if (var.source_type == "primvar" && !var.source_name.empty())
-        ctx.wanted_primvars.insert(var.source_name);
+        ctx.state<geometry::WantedPrimvars>().names.insert(var.source_name);
     if (var.source_type == "intrinsic") {
         ctx.warn("unsupported-render-var", prim,
                  "render var of sourceType intrinsic is not supported, it gets no channel");
@@ -161,7 +165,7 @@ void read_products(Context& ctx,
 /// The settings of a render pass, whose collections say what is rendered.
 Prim read_render_pass(Context& ctx, Prim pass) {
     using usd::stage::CollectionQuery;
-    ctx.render_pass =
+    ctx.rendered.pass =
         RenderPass{CollectionQuery(pass, "renderVisibility"), CollectionQuery(pass, "prune")};
     const CollectionQuery seen(pass, "cameraVisibility"), matte(pass, "matte");
     const bool hides = seen.has_expression() || seen.rule_paths().size() > 1 ||
@@ -180,9 +184,9 @@ Prim read_render_pass(Context& ctx, Prim pass) {
     return Prim();
 }
 
-Prim settings_prim(Context& ctx) {
-    if (!ctx.options.settings.empty()) {
-        const Prim prim = ctx.stage.prim_at(ctx.options.settings);
+Prim settings_prim(Context& ctx, const TranslateOptions& options) {
+    if (!options.settings.empty()) {
+        const Prim prim = ctx.stage.prim_at(options.settings);
         return prim && prim.is_a("RenderPass") ? read_render_pass(ctx, prim) : prim;
     }
     const auto value = ctx.stage.metadata("renderSettingsPrimPath");
@@ -202,12 +206,13 @@ Prim settings_prim(Context& ctx) {
 
 /// Error for a resolution that cannot be rendered; asked for by the options, else authored.
 std::optional<Error> check_resolution(Context& ctx,
+                                      const TranslateOptions& options,
                                       const std::optional<AuthoredResolution>& authored) {
     scene::RenderSettings& out = ctx.scene.settings;
     AuthoredResolution used;
-    if (ctx.options.resolution) {
-        used.width = (*ctx.options.resolution)[0];
-        used.height = (*ctx.options.resolution)[1];
+    if (options.resolution) {
+        used.width = (*options.resolution)[0];
+        used.height = (*options.resolution)[1];
     } else if (authored) {
         used = *authored;
     } else {
@@ -247,13 +252,12 @@ void note_no_settings(Context& ctx) {
 
 }  // namespace
 
-Result<void> read_render_settings(Context& ctx) {
+Result<void> read_render_settings(Context& ctx, const TranslateOptions& options) {
     scene::RenderSettings& out = ctx.scene.settings;
-    const Prim prim = settings_prim(ctx);
-    if (!ctx.options.settings.empty() && !ctx.render_pass &&
-        !(prim && prim.is_a("RenderSettings"))) {
-        return Error{"unknown-settings", fmt::format("<{}> is no RenderSettings and no RenderPass",
-                                                     ctx.options.settings)};
+    const Prim prim = settings_prim(ctx, options);
+    if (!options.settings.empty() && !ctx.rendered.pass && !(prim && prim.is_a("RenderSettings"))) {
+        return Error{"unknown-settings",
+                     fmt::format("<{}> is no RenderSettings and no RenderPass", options.settings)};
     }
     std::optional<AuthoredResolution> resolution;
     if (prim) {
@@ -266,7 +270,7 @@ Result<void> read_render_settings(Context& ctx) {
             out.material_binding_purposes =
                 read_texts(prim.attribute("materialBindingPurposes"), ctx.time);
         const std::string space = read_text(prim.attribute("renderingColorSpace"), "", ctx.time);
-        const ColorSpace* named = named_color_space(space);
+        const color::ColorSpace* named = color::named_color_space(space);
         if (named == nullptr || !named->decoding.is_identity()) {
             ctx.warn("unsupported-color-space", prim.attribute("renderingColorSpace"),
                      fmt::format("renderingColorSpace {} is not supported, linear Rec.709 is used",
@@ -274,17 +278,18 @@ Result<void> read_render_settings(Context& ctx) {
         }
         read_products(ctx, prim, out, resolution);
     }
-    if (auto error = check_resolution(ctx, resolution)) return *std::move(error);
+    if (auto error = check_resolution(ctx, options, resolution)) return *std::move(error);
     // A name that leads nowhere was warned of
-    if (!prim && !ctx.render_pass && !ctx.stage.metadata("renderSettingsPrimPath"))
+    if (!prim && !ctx.rendered.pass && !ctx.stage.metadata("renderSettingsPrimPath"))
         note_no_settings(ctx);
-    if (!ctx.options.purposes.empty()) out.included_purposes = ctx.options.purposes;
-    ctx.purposes.insert(out.included_purposes.begin(), out.included_purposes.end());
+    if (!options.purposes.empty()) out.included_purposes = options.purposes;
+    ctx.rendered.purposes.insert(out.included_purposes.begin(), out.included_purposes.end());
     auto& bindings = out.material_binding_purposes;
-    if (!ctx.options.material_purpose.empty()) bindings = {ctx.options.material_purpose};
-    ctx.material_purposes.clear();
+    if (!options.material_purpose.empty()) bindings = {options.material_purpose};
+    auto& material_purposes = ctx.state<materials::KnownMaterials>().purposes;
+    material_purposes.clear();
     for (const std::string& purpose : bindings)
-        ctx.material_purposes.push_back(purpose == "allPurpose" ? "" : purpose);
+        material_purposes.push_back(purpose == "allPurpose" ? "" : purpose);
     return {};
 }
 

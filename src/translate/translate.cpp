@@ -1,12 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/translate.h"
 
-#include "translate/color_space.h"
-#include "translate/linking.h"
-#include "translate/parts.h"
-#include "translate/shadow_casters.h"
-#include "translate/thin_walls.h"
-#include "translate/values.h"
+#include "translate/camera.h"
+#include "translate/color/color_space.h"
+#include "translate/context/placeable.h"
+#include "translate/context/values.h"
+#include "translate/geometry/thin_walls.h"
+#include "translate/instancing/placement.h"
+#include "translate/lights/light_groups.h"
+#include "translate/lights/lights.h"
+#include "translate/linking/linking.h"
+#include "translate/linking/shadow_casters.h"
+#include "translate/materials/materials.h"
+#include "translate/settings.h"
+#include "translate/walk.h"
 #include "usd/stage/xform.h"
 
 #include <fmt/format.h>
@@ -23,37 +30,12 @@ namespace {
 Context make_context(const usd::stage::Stage& stage,
                      const TranslateOptions& options,
                      Diagnostics& diagnostics) {
-    Context ctx{.stage = stage,
-                .options = options,
-                .diagnostics = diagnostics,
-                .time = options.time,
-                .frame = options.time,
-                .scene = {},
-                .shutter = {},
-                .purposes = {},
-                .render_pass = {},
-                .wanted_primvars = {std::string(scene::display_color_primvar),
-                                    std::string(scene::display_opacity_primvar), "st", "UVMap"},
-                .materials = {},
-                .textures = {},
-                .ies_profiles = {},
-                .volume_fields = {},
-                .needs_coordinates = {},
-                .placeables = {},
-                .light_groups = {},
-                .skeleton_poses = {},
-                .color_spaces = {},
-                .told_bindings = {},
-                .mesh_light_prims = {},
-                .known_link_places = {},
-                .place_of_volume = {},
-                .place_of_instance = {},
-                .place_of_baked = {},
-                .light_sites = {},
-                .face_subsets = {},
-                .point_prototypes = {}};
+    Context ctx(stage, options.time, diagnostics);
+    ctx.state<lights::GroupingPolicy>().grouping = options.light_grouping;
+    ctx.state<instancing::PlacementLimits>() = {options.max_instances, options.max_copies};
+    ctx.state<linking::CasterChoice>() = {options.finds_casters, options.casters};
     // Casters go by where things stand, as links do
-    ctx.has_linking = options.finds_casters;
+    ctx.state<linking::LinkPlaces>().is_kept = options.finds_casters;
     ctx.scene.meters_per_unit = stage.meters_per_unit();
     ctx.scene.frames_per_second = stage.frames_per_second();
     return ctx;
@@ -65,7 +47,7 @@ void translate_content(Context& ctx) {
     content.is_stage = true;
     content.origin = ctx.origin;
     walk_children(ctx, ctx.stage.pseudo_root(), Mat4d(), content);
-    place_all(ctx, content);
+    instancing::place_all(ctx, content);
 }
 
 Box3d transformed(const Box3d& box, const Mat4d& m) {
@@ -135,7 +117,7 @@ Box3d bounds_of(const scene::Scene& scene) {
 Box3d world_bounds(const usd::stage::Stage& stage, const TranslateOptions& options) {
     Diagnostics ignored;
     Context ctx = make_context(stage, options, ignored);
-    if (!read_render_settings(ctx)) return {};
+    if (!read_render_settings(ctx, options)) return {};
     bool is_found = false;
     std::unordered_set<std::string> prototypes;
     usd::stage::traverse(stage.pseudo_root(), [&](Prim prim) {
@@ -155,12 +137,12 @@ Box3d world_bounds(const usd::stage::Stage& stage, const TranslateOptions& optio
 
 /// Whether the stage holds a light of any kind, visible, valid, supported or not.
 bool holds_light(const Context& ctx) {
-    if (ctx.has_light_prim) return true;
+    if (ctx.state<lights::FoundLights>().has_prim) return true;
     bool is_found = false;
     std::unordered_set<std::string> prototypes;
     usd::stage::traverse(ctx.stage.pseudo_root(), [&](Prim prim) {
         if (is_found) return false;
-        is_found = is_any_light(prim);
+        is_found = lights::is_any_light(prim);
         // Instances of one prototype hold the same
         return !prim.is_instance() || prototypes.insert(prim.prototype().path_string()).second;
     });
@@ -215,11 +197,11 @@ void note_camera(Context& ctx, const std::vector<std::string>& cameras) {
 }
 
 /// The camera prim to look through; invalid when the stage has none.
-Result<Prim> chosen_camera(Context& ctx) {
-    if (!ctx.options.camera.empty()) {
-        const Prim prim = ctx.stage.prim_at(ctx.options.camera);
+Result<Prim> chosen_camera(Context& ctx, const TranslateOptions& options) {
+    if (!options.camera.empty()) {
+        const Prim prim = ctx.stage.prim_at(options.camera);
         if (is_camera(prim)) return prim;
-        return unknown_camera(ctx.stage, ctx.options.camera, prim);
+        return unknown_camera(ctx.stage, options.camera, prim);
     }
     if (!ctx.scene.settings.camera.empty()) {
         const Prim prim = ctx.stage.prim_at(ctx.scene.settings.camera);
@@ -240,12 +222,12 @@ void note_framing(Context& ctx) {
                          "the stage has no camera, one that frames everything is used");
 }
 
-Result<scene::Camera> make_camera(Context& ctx) {
-    Result<Prim> prim = chosen_camera(ctx);
+Result<scene::Camera> make_camera(Context& ctx, const TranslateOptions& options) {
+    Result<Prim> prim = chosen_camera(ctx, options);
     if (!prim) return prim.error();
     if (*prim) return read_camera(ctx, *prim);
     note_framing(ctx);
-    return framing_camera(ctx, world_bounds(ctx.stage, ctx.options));
+    return framing_camera(ctx, world_bounds(ctx.stage, options));
 }
 
 }  // namespace
@@ -260,8 +242,8 @@ void report_choices(const usd::stage::Stage& stage,
                     const TranslateOptions& options,
                     Diagnostics& diagnostics) {
     Context ctx = make_context(stage, options, diagnostics);
-    if (!read_render_settings(ctx)) return;
-    const Result<Prim> camera = chosen_camera(ctx);
+    if (!read_render_settings(ctx, options)) return;
+    const Result<Prim> camera = chosen_camera(ctx, options);
     if (camera && !*camera) note_framing(ctx);
     if (!holds_light(ctx))
         diagnostics.note("no-lights", {}, "",
@@ -273,21 +255,22 @@ Result<scene::Scene> translate_stage(const usd::stage::Stage& stage,
                                      const TranslateOptions& options,
                                      Diagnostics& diagnostics) {
     Context ctx = make_context(stage, options, diagnostics);
-    note_color_configuration(ctx);
-    const Result<void> settings = read_render_settings(ctx);
+    color::note_color_configuration(ctx);
+    const Result<void> settings = read_render_settings(ctx, options);
     if (!settings) return settings.error();
-    Result<scene::Camera> camera = make_camera(ctx);
+    Result<scene::Camera> camera = make_camera(ctx, options);
     if (!camera) return camera.error();
     ctx.scene.camera = *std::move(camera);
     ctx.scene.settings.camera = ctx.scene.camera.name;
     ctx.origin = ctx.scene.camera.world_position;
     translate_content(ctx);
-    find_thin_walls(ctx);
-    link_all(ctx);
-    find_casters(ctx);
-    if (ctx.scene.lights.empty() && !ctx.has_emissive_material && !holds_light(ctx))
-        add_default_dome(ctx);
-    finish_light_groups(ctx);
+    geometry::find_thin_walls(ctx);
+    linking::link_all(ctx);
+    linking::find_casters(ctx);
+    if (ctx.scene.lights.empty() && !ctx.state<materials::KnownMaterials>().has_emissive &&
+        !holds_light(ctx))
+        lights::add_default_dome(ctx);
+    lights::finish_light_groups(ctx);
     return std::move(ctx.scene);
 }
 

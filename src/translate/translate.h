@@ -4,6 +4,7 @@
 #include "base/diagnostics.h"
 #include "base/result.h"
 #include "scene/scene.h"
+#include "translate/lights/light_grouping.h"
 #include "usd/stage/stage.h"
 
 #include <array>
@@ -14,12 +15,7 @@
 
 namespace velatura::translate {
 
-/// Which lights share a row of the mixer.
-enum class LightGrouping : unsigned char {
-    PerLight,  ///< a named group where the scene names one, else one row per light prim
-    Groups,    ///< named groups only; all other lights are `rest`
-    Off,       ///< every light is `rest`
-};
+using lights::LightGrouping;
 
 /// What the command line decides; empty = the stage decides.
 struct TranslateOptions {
@@ -29,7 +25,7 @@ struct TranslateOptions {
     std::optional<std::array<int, 2>> resolution;  ///< width, height in pixels
     std::vector<std::string> purposes;             ///< instead of the settings' includedPurposes
     std::string material_purpose;  ///< full, preview, allPurpose; instead of the settings' purposes
-    LightGrouping light_grouping = LightGrouping::PerLight;
+    lights::LightGrouping light_grouping = lights::LightGrouping::PerLight;
     bool finds_casters = false;  ///< fills Scene::casters
     /// Path expressions: casters are the prims that one matches, all else has none. None: by the
     /// names, models and prims of the scene.

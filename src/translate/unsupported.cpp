@@ -1,16 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "translate/parts.h"
-#include "translate/values.h"
+#include "translate/unsupported.h"
+
+#include "translate/lights/lights.h"
+#include "translate/lights/mesh_lights.h"
 
 #include <fmt/format.h>
 
 namespace velatura::translate {
-
-bool is_any_light(Prim prim) {
-    const std::string_view type = prim.type_name().view();
-    return is_light_type(type) || type == "GeometryLight" || type == "PortalLight" ||
-           type == "PluginLight" || is_geometry_light(prim) || prim.has_api("VolumeLightAPI");
-}
 
 void warn_unsupported(Context& ctx, Prim prim) {
     const std::string& type = prim.type_name().str();
@@ -18,7 +14,7 @@ void warn_unsupported(Context& ctx, Prim prim) {
     if (prim.is_a("Curves")) ctx.note_not_simulated(scene::Effect::Curves, prim, type);
     if (prim.is_a("Points")) ctx.note_not_simulated(scene::Effect::Points, prim, type);
     const bool is_shown = prim.is_a("Gprim");
-    const bool is_light = is_any_light(prim);
+    const bool is_light = lights::is_any_light(prim);
     if (is_shown || is_light) {
         ctx.warn(is_light ? "unsupported-light" : "unsupported-geometry", prim,
                  fmt::format("{} is not supported, the prim is skipped", type));
@@ -26,10 +22,18 @@ void warn_unsupported(Context& ctx, Prim prim) {
 }
 
 void warn_light_without_geometry(Context& ctx, Prim prim) {
-    if (!is_any_light(prim)) return;
+    if (!lights::is_any_light(prim)) return;
     ctx.warn("unsupported-light", prim,
              "the light API makes a light of a prim's own geometry, and this prim has none: it "
              "lights nothing");
+}
+
+void warn_round_light(Context& ctx, Prim prim) {
+    if (!lights::is_geometry_light(prim)) return;
+    ctx.state<lights::FoundLights>().has_prim = true;
+    ctx.warn(
+        "unsupported-light", prim,
+        fmt::format("{} cannot be a light, it shows its material only", prim.type_name().str()));
 }
 
 void warn_unsupported_features(Context& ctx, Prim prim) {

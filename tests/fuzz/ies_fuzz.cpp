@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fuzz_targets.h"
 #include "scene/ies_profile.h"
-#include "translate/ies_file.h"
+#include "translate/lights/ies_file.h"
 
 #include <cmath>
 #include <cstdlib>
@@ -11,7 +11,7 @@ namespace velatura::fuzz {
 /// Any bytes are the profile of a lamp or refused; its light is finite in any direction, and in the
 /// mean.
 void ies(std::string_view bytes) {
-    const auto profile = translate::parse_ies(bytes);
+    const auto profile = translate::lights::parse_ies(bytes);
     if (!profile) return;
     if (profile->vertical.size() < 2 ||
         profile->intensity.size() != profile->vertical.size() * profile->horizontal.size())

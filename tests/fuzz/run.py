@@ -42,7 +42,7 @@ READERS = {
     "lpe": ["src/film/light_path_expression", "src/film/path_automaton"],
     "report": ["src/study/compare"],
     "tally": ["src/study/tally_file"],
-    "ies": ["src/translate/ies_file"],
+    "ies": ["src/translate/lights/ies_file"],
     "gltf": ["src/import/gltf"],
     "answer": ["plugins/openimageio/apart/messages"],
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Attributes of skeletons, cameras, lights and settings, and what twins they have.
 #include "schema_attributes.h"
-#include "translate/blackbody.h"
+#include "translate/color/blackbody.h"
 
 #include <fmt/format.h>
 
@@ -302,7 +302,7 @@ std::vector<AttributeRow> light_rows(const std::string& folder) {
             "def Plane \"P\" { double width = 6\ndouble length = 6\ncolor3f[] "
             "primvars:displayColor = "
             "[(0.25, 0.125, 0.5)] }\n");
-    const Vec3d warm = translate::blackbody_rgb(3000);
+    const Vec3d warm = translate::color::blackbody_rgb(3000);
     const std::string warm_color =
         fmt::format("color3f inputs:color = ({:.9g}, {:.9g}, {:.9g})", warm.x, warm.y, warm.z);
     const std::string is_on = "bool inputs:enableColorTemperature = 1\n",

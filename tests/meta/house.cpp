@@ -14,6 +14,12 @@ const std::map<std::string, std::set<std::string>>& tier_table() {
         more.insert(core.begin(), core.end());
         return more;
     };
+    // A tier that is divided into rooms includes all of them, and no other tier includes one
+    static const auto room = [](std::set<std::string> below) {
+        std::set<std::string> all = {"usd/stage", "usd/layer", "scene"};
+        for (const std::string& name : below) all.insert("translate/" + name);
+        return all;
+    };
     static const std::map<std::string, std::set<std::string>> table = {
         {"base", {}},
         {"image", {"plugin"}},
@@ -32,7 +38,18 @@ const std::map<std::string, std::set<std::string>>& tier_table() {
         {"usd/stage", {"usd/layer", "usd/compose"}},
         {"import", {"usd/layer", "usd/text"}},
         {"scene", {}},
-        {"translate", {"usd/stage", "usd/layer", "scene"}},
+        {"translate/context", room({})},
+        {"translate/color", room({"context"})},
+        {"translate/motion", room({"context"})},
+        {"translate/materials", room({"context", "color"})},
+        {"translate/lights", room({"context", "color", "materials"})},
+        {"translate/geometry", room({"context", "color", "motion", "materials", "lights"})},
+        {"translate/linking", room({"context", "lights", "geometry"})},
+        {"translate/volumes", room({"context", "color", "materials", "geometry"})},
+        {"translate/instancing",
+         room({"context", "color", "motion", "materials", "lights", "geometry", "linking"})},
+        {"translate", room({"context", "color", "motion", "materials", "lights", "geometry",
+                            "linking", "volumes", "instancing"})},
         {"geometry", {"scene"}},
         {"accel", {"scene", "geometry"}},
         {"camera", {"scene", "sampling"}},

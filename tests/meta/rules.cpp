@@ -242,14 +242,20 @@ std::vector<std::string> check_spdx(const SourceFile& file) {
 std::vector<std::string> check_namespace(const SourceFile& file) {
     const std::string tier = tier_of(file.path);
     if (!file.is_cpp_or_header() || tier.empty()) return {};
-    static const std::regex pattern(R"(^\s*(inline\s+)?namespace\s+(velatura[\w:]*)\s*\{)");
+    static const std::regex pattern(R"(^\s*namespace\s+(velatura(::\w+)*)\s*\{)");
+    static const std::regex inline_pattern(R"(^inline namespace (\w+) \{)");
     const std::string expected = namespace_of_tier(tier);
     std::vector<std::string> out;
     bool has_own = false;
     std::smatch match;
     for (size_t i = 0; i < file.lines.size(); ++i) {
         if (!std::regex_search(file.lines[i], match, pattern)) continue;
-        const std::string name = match[2];
+        std::string name = match[1].str();
+        // The names of an inline namespace are those of the tier around it, too
+        std::smatch within;
+        if (i + 1 < file.lines.size() &&
+            std::regex_search(file.lines[i + 1], within, inline_pattern))
+            name += "::" + within[1].str();
         const bool is_own =
             name == expected || (tier != "base" && name.starts_with(expected + "::"));
         has_own = has_own || is_own;

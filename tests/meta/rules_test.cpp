@@ -157,6 +157,11 @@ TEST(Rules, Namespace) {
     EXPECT_TRUE(check_namespace(make_file("src/usd/text/a.h", "namespace velatura::usd::text {\n"))
                     .empty());
     EXPECT_TRUE(check_namespace(make_file("src/base/a.h", "namespace velatura {\n")).empty());
+    const std::string room = "namespace velatura::translate {\ninline namespace context {\n";
+    EXPECT_TRUE(check_namespace(make_file("src/translate/context/a.h", room)).empty());
+    EXPECT_FALSE(
+        check_namespace(make_file("src/translate/color/a.h", "namespace velatura::translate {\n"))
+            .empty());
     EXPECT_TRUE(
         check_namespace(
             make_file("src/film/a.h", "namespace velatura::scene {\nnamespace velatura::film {\n"))

@@ -73,7 +73,7 @@ std::map<std::string, Row> page_rows() {
 Names literals() {
     std::vector<fs::path> files;
     const fs::path source = fs::path(VELATURA_SOURCE_DIR) / "src";
-    for (const auto& entry : fs::directory_iterator(source / "translate")) {
+    for (const auto& entry : fs::recursive_directory_iterator(source / "translate")) {
         // A table of what is not done
         const bool is_asking = entry.path().filename() != "support_tables.cpp";
         if (entry.path().extension() == ".cpp" && is_asking) files.push_back(entry.path());

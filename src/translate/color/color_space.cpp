@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "translate/color/color_space.h"
+
+#include "translate/color/named_color_space.h"
+#include "translate/context/values.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace velatura::translate::color {
+
+namespace {
+
+std::string text_of(const std::optional<usd::layer::Value>& value) {
+    if (!value) return {};
+    if (const auto* token = value->get_if<usd::layer::Token>()) return token->str();
+    if (const auto* text = value->get_if<std::string>()) return *text;
+    return {};
+}
+
+/// The curve of a definition, as OpenUSD's nanocolor has it: a power above a straight piece.
+void set_curve(double gamma, double bias, scene::ColorDecoding& out) {
+    out.exponent = gamma;
+    if (gamma == 1.0 || !(bias > 0.0)) return;
+    out.offset = bias;
+    out.cut = bias / (gamma - 1.0);
+    out.slope =
+        bias / std::pow(gamma * bias / (gamma + gamma * bias - 1.0 - bias), gamma) / (gamma - 1.0);
+}
+
+/// A space that the prim defines under this name. Ref: UsdColorSpaceDefinitionAPI.
+std::optional<ColorSpace> defined_on(Prim prim,
+                                     std::string_view name,
+                                     const ColorComplaint& complain) {
+    constexpr std::string_view schema = "ColorSpaceDefinitionAPI:";
+    for (const auto& applied : prim.applied_schemas()) {
+        if (!applied.view().starts_with(schema)) continue;
+        const std::string start =
+            "colorSpaceDefinition:" + std::string(applied.view().substr(schema.size())) + ":";
+        const auto attribute = [&](const char* part) { return prim.attribute(start + part); };
+        if (read_text(attribute("name"), "custom", TimeCode()) != name) continue;
+        const auto pair = [&](const char* part, std::array<double, 2> otherwise) {
+            const auto v = read_vector(attribute(part), 2, TimeCode());
+            return v ? std::array<double, 2>{(*v)[0], (*v)[1]} : otherwise;
+        };
+        const Primaries p = {pair("redChroma", {1, 0}), pair("greenChroma", {0, 1}),
+                             pair("blueChroma", {0, 0}), pair("whitePoint", {1.0 / 3, 1.0 / 3})};
+        const auto matrix = rec709_from(p);
+        const double gamma = read_number(attribute("gamma"), 1.0, TimeCode());
+        const double bias = read_number(attribute("linearBias"), 0.0, TimeCode());
+        if (!matrix || !(gamma > 0.0) || !std::isfinite(gamma) || !std::isfinite(bias)) {
+            complain("bad-color-space", attribute("name"),
+                     fmt::format("color space {} has no three primaries, no white or no positive "
+                                 "gamma; numbers in it count as linear Rec.709",
+                                 name));
+            return ColorSpace();
+        }
+        ColorSpace space;
+        set_curve(gamma, bias, space.decoding);
+        space.decoding.to_rec709 = *matrix;
+        return space;
+    }
+    return std::nullopt;
+}
+
+/// A space by its name, also one that the prim or one above defines.
+std::optional<ColorSpace> find_space(Prim prim,
+                                     std::string_view name,
+                                     const ColorComplaint& complain) {
+    if (const ColorSpace* known = named_color_space(name)) return *known;
+    for (Prim at = prim; at && !at.is_pseudo_root(); at = at.parent()) {
+        if (!at.has_api("ColorSpaceDefinitionAPI")) continue;
+        if (const auto defined = defined_on(at, name, complain)) return defined;
+    }
+    return std::nullopt;
+}
+
+/// What the prim says of all that it and the prims below hold.
+std::optional<ColorSpace> said_by(Prim prim, const ColorComplaint& complain) {
+    const Attribute attribute = prim.attribute("colorSpace:name");
+    if (!attribute.is_authored()) return std::nullopt;
+    const std::string name = read_text(attribute, "", TimeCode());
+    if (!prim.has_api("ColorSpaceAPI")) {
+        complain("unapplied-schema", attribute,
+                 "colorSpace:name needs ColorSpaceAPI among the apiSchemas and is left out");
+        return std::nullopt;
+    }
+    if (name.empty()) return std::nullopt;
+    if (auto space = find_space(prim, name, complain)) return space;
+    complain("unknown-color-space", attribute,
+             fmt::format("color space {} is unknown; colors of <{}> and below count as linear "
+                         "Rec.709",
+                         name, prim.path_string()));
+    return ColorSpace();
+}
+
+/// The same of the nearest that says something.
+std::optional<ColorSpace> said_above(Prim prim, const ColorComplaint& complain) {
+    for (Prim at = prim; at && !at.is_pseudo_root(); at = at.parent())
+        if (const auto space = said_by(at, complain)) return space;
+    return std::nullopt;
+}
+
+std::optional<ColorSpace> own_space(const Attribute& attribute, const ColorComplaint& complain) {
+    const std::string name = text_of(attribute.metadata("colorSpace"));
+    if (name.empty()) return std::nullopt;
+    if (auto space = find_space(attribute.prim(), name, complain)) return space;
+    complain("unknown-color-space", attribute,
+             fmt::format("color space {} of {} is unknown; its numbers count as linear Rec.709",
+                         name, attribute.name().str()));
+    return ColorSpace();
+}
+
+bool is_color(const Attribute& attribute) {
+    return attribute.type_name().view().starts_with("color");
+}
+
+ColorComplaint complaint_of(Context& ctx) {
+    return [&ctx](std::string code, const Attribute& where, std::string message) {
+        ctx.warn(std::move(code), where, std::move(message));
+    };
+}
+
+/// As said_above, asked once of each prim.
+/// State of this room: what ColorSpaceAPI says on a prim or above it.
+struct PrimSpaces {
+    std::unordered_map<const usd::stage::PrimData*, std::optional<ColorSpace>> of_prim;
+};
+
+const std::optional<ColorSpace>& inherited_space(Context& ctx, Prim prim) {
+    static const std::optional<ColorSpace> none;
+    if (!prim || prim.is_pseudo_root()) return none;
+    auto& spaces = ctx.state<PrimSpaces>().of_prim;
+    if (const auto known = spaces.find(prim.data()); known != spaces.end()) return known->second;
+    std::optional<ColorSpace> space = said_by(prim, complaint_of(ctx));
+    if (!space) space = inherited_space(ctx, prim.parent());
+    return spaces.emplace(prim.data(), space).first->second;
+}
+
+std::optional<ColorSpace> space_in(Context& ctx, const Attribute& attribute) {
+    if (auto own = own_space(attribute, complaint_of(ctx))) return own;
+    if (!is_color(attribute)) return std::nullopt;
+    return inherited_space(ctx, attribute.prim());
+}
+
+scene::TexelColors texel_colors_in(const ColorSpace& space) {
+    scene::TexelColors colors{scene::SourceColorSpace::Raw, space.decoding};
+    if (!space.is_srgb) return colors;
+    // sRGB comes off before texels are filtered
+    colors.curve = scene::SourceColorSpace::Srgb;
+    colors.decoding = scene::ColorDecoding();
+    colors.decoding.to_rec709 = space.decoding.to_rec709;
+    return colors;
+}
+
+}  // namespace
+
+std::optional<ColorSpace> color_space_of(const Attribute& attribute,
+                                         const ColorComplaint& complain) {
+    if (auto own = own_space(attribute, complain)) return own;
+    return is_color(attribute) ? said_above(attribute.prim(), complain) : std::nullopt;
+}
+
+bool read_color_rows(Context& ctx,
+                     const Attribute& attribute,
+                     std::vector<float>& out,
+                     int& width) {
+    if (!read_rows(attribute.value(ctx.time), out, width)) return false;
+    if (width != 3 && width != 4) return true;
+    const std::optional<ColorSpace> space = space_in(ctx, attribute);
+    if (!space || space->decoding.is_identity()) return true;
+    for (size_t i = 0; i + 2 < out.size(); i += size_t(width)) {
+        const Vec3d color =
+            space->decoding(Vec3d(double(out[i]), double(out[i + 1]), double(out[i + 2])));
+        for (size_t c = 0; c < 3; ++c) out[i + c] = float(color[int(c)]);
+    }
+    return true;
+}
+
+std::optional<Vec3d> read_color(Context& ctx, const Attribute& attribute) {
+    const auto v = read_vector(attribute, 3, ctx.time);
+    if (!v) return std::nullopt;
+    const Vec3d color((*v)[0], (*v)[1], (*v)[2]);
+    const std::optional<ColorSpace> space = space_in(ctx, attribute);
+    return space ? space->decoding(color) : color;
+}
+
+std::optional<Vec3d> read_light_color(Context& ctx, const Attribute& attribute) {
+    std::optional<Vec3d> color = read_color(ctx, attribute);
+    const auto authored = read_vector(attribute, 3, ctx.time);
+    const auto least = [](const auto& v) { return std::min({v[0], v[1], v[2]}); };
+    if (!color || !(least(*color) < 0.0) || least(*authored) < 0.0) return color;
+    ctx.warn("color-outside-gamut", attribute,
+             fmt::format("{} is ({:.4g}, {:.4g}, {:.4g}) in linear Rec.709, which no light is; "
+                         "what is below 0 counts as 0",
+                         attribute.name().str(), color->x, color->y, color->z));
+    for (int c = 0; c < 3; ++c) (*color)[c] = std::max((*color)[c], 0.0);
+    return color;
+}
+
+std::optional<scene::TexelColors> texel_colors_of(Context& ctx, Prim prim, std::string_view name) {
+    const std::string bare = bare_color_space_name(name);
+    if (bare == "auto" || bare == "unknown") return scene::TexelColors();
+    const auto space = find_space(prim, name, complaint_of(ctx));
+    return space ? std::optional(texel_colors_in(*space)) : std::nullopt;
+}
+
+std::optional<scene::TexelColors> texel_colors_of(Context& ctx,
+                                                  const std::vector<Attribute>& files) {
+    for (const Attribute& file : files) {
+        const std::string name = text_of(file.metadata("colorSpace"));
+        if (name.empty()) continue;
+        if (const auto named = texel_colors_of(ctx, file.prim(), name)) return named;
+        ctx.warn(
+            "unknown-color-space", file,
+            fmt::format("color space {} is unknown, the picture is read as one without", name));
+        return std::nullopt;
+    }
+    if (files.empty()) return std::nullopt;
+    const std::optional<ColorSpace>& above = inherited_space(ctx, files.front().prim());
+    return above ? std::optional(texel_colors_in(*above)) : std::nullopt;
+}
+
+void note_color_configuration(Context& ctx) {
+    const auto value = ctx.stage.metadata("colorConfiguration");
+    if (!value) return;
+    std::string name = text_of(value);
+    if (const auto* asset = value->get_if<usd::layer::AssetPath>()) name = asset->path;
+    if (!name.empty())
+        ctx.diagnostics.note("color-configuration", ctx.stage.pseudo_root().loc(), "",
+                             fmt::format("colorConfiguration {} is not read: color spaces go by "
+                                         "the names of docs/reference/usd_support.md",
+                                         name));
+}
+
+}  // namespace velatura::translate::color

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "translate/instancing/moving_shape.h"
+
+#include "translate/context/placeable.h"
+#include "translate/instancing/instancing.h"
+#include "translate/instancing/placement_motion.h"
+#include "translate/motion/another_time.h"
+#include "translate/motion/shutter.h"
+#include "translate/motion/unblurred.h"
+
+#include <fmt/format.h>
+
+#include <memory>
+#include <utility>
+
+namespace velatura::translate::instancing {
+
+bool place_moving_shape(Context& ctx,
+                        Prim prim,
+                        const Mat4d& matrix,
+                        const Vec3d& near,
+                        const ShapeReader& read,
+                        Placeable& holder) {
+    if (!ctx.shutter) return false;
+    motion::warn_if_it_deforms(ctx, prim, holder.frame);
+    if (!motion::may_be_carried(ctx, prim, holder.frame)) return false;
+    auto own = std::make_unique<Placeable>();
+    own->name = prim.path_string();
+    own->frame = prim;
+    propose_origin(*own, near);
+    {
+        // What is wrong with it was said
+        const motion::AnotherTime quietly(ctx, ctx.time);
+        std::optional<scene::Shape> shape = read(relative_to(Mat4d(), own->origin));
+        if (!shape) return false;
+        own->shapes.push_back(std::move(*shape));
+    }
+    Placement placement;
+    placement.what = own.get();
+    placement.matrix = between_origins(matrix, own->origin, holder.origin);
+    placement.provenance = own->shapes[0].provenance;
+    read_placement_motion(ctx, prim, holder, placement);
+    if (placement.later.empty()) return false;
+    // A prim may be read for several prototypes
+    auto& known = ctx.state<Placeables>().by_key;
+    known[fmt::format("moving {} {}", known.size(), own->name)] = std::move(own);
+    holder.placements.push_back(std::move(placement));
+    return true;
+}
+
+}  // namespace velatura::translate::instancing

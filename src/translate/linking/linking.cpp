@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "translate/linking/linking.h"
+
+#include "translate/context/placeable.h"
+#include "translate/context/values.h"
+#include "translate/lights/light_inputs.h"
+#include "translate/lights/lights.h"
+#include "translate/linking/link_subsets.h"
+#include "usd/stage/collection.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <optional>
+#include <utility>
+
+namespace velatura::translate::linking {
+
+namespace {
+
+using scene::LinkClass;
+using scene::LinkSet;
+using scene::LinkSetId;
+using usd::layer::Path;
+using usd::stage::CollectionQuery;
+
+/// Whether a linking collection says more than "everything".
+bool is_linked(Context& ctx, Prim light, const std::string& collection) {
+    const std::string base = "collection:" + collection;
+    const Attribute include_root = light.attribute(base + ":includeRoot");
+    const bool has_root = read_bool(include_root, true, ctx.time);
+    const bool has_targets = !light.relationship(base + ":includes").targets().empty() ||
+                             !light.relationship(base + ":excludes").targets().empty();
+    return !has_root || has_targets;
+}
+
+/// Names an expression that other properties of its collection put out of force.
+void warn_idle_expression(Context& ctx, Prim light, const std::string& collection) {
+    const std::string base = "collection:" + collection;
+    const Attribute expression = light.attribute(base + ":membershipExpression");
+    if (!expression.has_authored_value()) return;
+    if (read_bool(light.attribute(base + ":includeRoot"), true, ctx.time) ||
+        !light.relationship(base + ":includes").targets().empty() ||
+        !light.relationship(base + ":excludes").targets().empty())
+        ctx.warn("idle-membership-expression", expression,
+                 fmt::format("membershipExpression of {} counts only where includeRoot, true by "
+                             "itself, is false and nothing is included or excluded",
+                             collection));
+}
+
+Path map_path(const LinkPlace& place, Path path) {
+    return place.read.is_empty() ? path : path.replace_prefix(place.read, place.placed);
+}
+
+std::vector<Path> paths_at(const Context& ctx,
+                           const LinkPlace& place,
+                           scene::ProvenanceId provenance) {
+    std::vector<Path> paths = {
+        map_path(place, Path::from(ctx.scene.provenance[provenance].prim_path))};
+    paths.insert(paths.end(), place.instancers.begin(), place.instancers.end());
+    return paths;
+}
+
+/// All collections of all lights, and what geometry is in them.
+class Linker {
+  public:
+    explicit Linker(Context& ctx) : ctx_(ctx), places_(ctx.state<LinkPlaces>()) {}
+
+    void run() {
+        read_collections();
+        classify();
+        make_sets();
+        link_lights();
+    }
+
+  private:
+    static constexpr uint32_t everything = scene::none;
+
+    /// Collections of one light, as indices into queries_.
+    struct Request {
+        Prim light;
+        uint32_t lit = everything, casters = everything;
+        bool casts_nothing = false;
+    };
+
+    void read_collections() {
+        const auto& found = ctx_.state<lights::FoundLights>();
+        for (const lights::FoundLights::Placed& light : found.placed) {
+            const LinkPlace& place = places_.list[light.place];
+            const Prim prim = ctx_.stage.prim_at(map_path(place, light.prim.path()));
+            lights_.push_back(read_request(prim ? prim : light.prim));
+        }
+        for (const Prim prim : found.mesh_lights) mesh_lights_.push_back(read_request(prim));
+    }
+
+    Request read_request(Prim light) {
+        Request request;
+        request.light = light;
+        request.lit = read_collection(light, "lightLink");
+        request.casters = read_collection(light, "shadowLink");
+        request.casts_nothing =
+            !read_bool(lights::light_input(ctx_, light, "shadow:enable"), true, ctx_.time);
+        return request;
+    }
+
+    uint32_t read_collection(Prim light, const std::string& name) {
+        if (!is_linked(ctx_, light, name)) return everything;
+        CollectionQuery query(light, name);
+        // Lights that say the same share a set
+        std::string key = query.rule_text();
+        if (key.empty()) key = light.path_string() + "." + name;
+        const auto [at, is_new] = known_queries_.try_emplace(key, uint32_t(queries_.size()));
+        if (is_new) queries_.push_back(std::move(query));
+        return at->second;
+    }
+
+    /// Class of what is at these paths, and in these subsets, by all queries.
+    LinkClass class_at(const std::vector<Path>& paths, const std::vector<Path>& subsets) {
+        std::vector<bool> member;
+        for (const CollectionQuery& query : queries_)
+            member.push_back(includes(query, paths, subsets));
+        const auto [at, is_new] = classes_.try_emplace(member, LinkClass(classes_.size()));
+        if (is_new) members_.push_back(member);
+        occurs_.resize(classes_.size());
+        occurs_[at->second] = true;
+        return at->second;
+    }
+
+    /// A subset that is named itself decides for its faces.
+    static bool includes(const CollectionQuery& query,
+                         const std::vector<Path>& paths,
+                         const std::vector<Path>& subsets) {
+        for (const Path& subset : subsets)
+            if (const std::optional<bool> ruling = query.ruling_at(subset)) return *ruling;
+        return query.includes_first(paths);
+    }
+
+    LinkClass class_of(const LinkPlace& place, scene::ProvenanceId provenance) {
+        const std::vector<Path> paths = paths_at(ctx_, place, provenance);
+        std::vector<Path> subsets;
+        if (const auto at = subsets_.find(provenance); at != subsets_.end())
+            for (const Path& path : at->second) subsets.push_back(map_path(place, path));
+        return class_at(paths, subsets);
+    }
+
+    void classify() {
+        // What every light knows is class 0
+        const std::vector<bool> all(queries_.size(), true);
+        classes_[all] = 0;
+        members_.push_back(all);
+        occurs_.push_back(false);
+        if (queries_.empty()) return;
+        subsets_ = divide_by_subsets(ctx_, queries_);
+        scene::Scene& scene = ctx_.scene;
+        for (size_t i = 0; i < scene.shapes.size(); ++i) {
+            const LinkPlace& place = places_.list[places_.of_shape(i)];
+            scene.shapes[i].link = class_of(place, scene.shapes[i].provenance);
+        }
+        for (size_t i = 0; i < scene.volumes.size(); ++i)
+            scene.volumes[i].link =
+                class_of(places_.list[places_.of_volume[i]], scene.volumes[i].provenance);
+        std::map<std::pair<uint32_t, uint32_t>, uint32_t> known;  // place, prototype → row
+        for (size_t i = 0; i < scene.instances.size(); ++i) {
+            const uint32_t prototype = scene.instances[i].prototype;
+            const uint32_t place = places_.of_instance[i];
+            const auto [at, is_new] = known.try_emplace(std::pair(place, prototype), 0);
+            if (is_new) at->second = make_row(places_.list[place], prototype);
+            scene.instances[i].link_row = at->second;
+        }
+    }
+
+    uint32_t make_row(const LinkPlace& place, uint32_t prototype) {
+        std::vector<LinkClass> row;
+        for (const scene::Shape& shape : ctx_.scene.prototypes[prototype].shapes)
+            row.push_back(class_of(place, shape.provenance));
+        if (std::all_of(row.begin(), row.end(), [](LinkClass c) { return c == 0; }))
+            return scene::none;
+        const auto [at, is_new] = rows_.try_emplace(row, uint32_t(ctx_.scene.linking.rows.size()));
+        if (is_new) ctx_.scene.linking.rows.push_back(std::move(row));
+        return at->second;
+    }
+
+    void make_sets() {
+        ctx_.scene.linking.class_count = members_.size();
+        for (size_t q = 0; q < queries_.size(); ++q) {
+            LinkSet set(members_.size());
+            bool is_everything = true;
+            for (LinkClass c = 0; c < members_.size(); ++c) {
+                if (!occurs_[c]) continue;
+                if (members_[c][q])
+                    set.add(c);
+                else
+                    is_everything = false;
+            }
+            sets_.push_back(is_everything ? scene::none : set_id(set));
+        }
+    }
+
+    LinkSetId set_id(const LinkSet& set) {
+        std::vector<LinkSet>& sets = ctx_.scene.linking.sets;
+        const auto at = std::find(sets.begin(), sets.end(), set);
+        if (at != sets.end()) return LinkSetId(at - sets.begin());
+        sets.push_back(set);
+        return LinkSetId(sets.size() - 1);
+    }
+
+    void link(const Request& request, scene::LightLinks& links) {
+        const bool says_something = request.lit != everything || request.casters != everything;
+        if (request.lit != everything) links.lit = sets_[request.lit];
+        if (request.casters != everything) links.casters = sets_[request.casters];
+        if (says_something && links.lit == scene::none && links.casters == scene::none)
+            ctx_.note_zero(scene::Effect::LightLinking, request.light,
+                           "lightLink and shadowLink hold everything");
+        if (!request.casts_nothing) return;
+        // Whatever else is said of its shadows
+        const LinkSetId lit = links.lit;
+        links = {};
+        links.lit = lit;
+        links.casters = set_id(LinkSet(members_.size()));
+    }
+
+    void link_lights() {
+        for (size_t i = 0; i < lights_.size(); ++i) link(lights_[i], ctx_.scene.lights[i].links);
+        for (size_t i = 0; i < mesh_lights_.size(); ++i)
+            link(mesh_lights_[i], ctx_.scene.mesh_lights[i].links);
+        if (ctx_.scene.linking.sets.empty()) forget_classes();
+    }
+
+    /// All collections hold everything: the scene is as if nobody had linked anything.
+    void forget_classes() {
+        for (scene::Shape& shape : ctx_.scene.shapes) shape.link = 0;
+        for (scene::Volume& volume : ctx_.scene.volumes) volume.link = 0;
+        for (scene::Instance& instance : ctx_.scene.instances) instance.link_row = scene::none;
+        ctx_.scene.linking = {};
+    }
+
+    Context& ctx_;
+    const LinkPlaces& places_;
+    std::vector<Request> lights_, mesh_lights_;
+    std::vector<CollectionQuery> queries_;
+    std::map<std::string, uint32_t> known_queries_;
+    SubsetsOfPart subsets_;
+    std::map<std::vector<bool>, LinkClass> classes_;
+    std::vector<std::vector<bool>> members_;  // [class][query]
+    std::vector<bool> occurs_;                // [class]
+    std::map<std::vector<LinkClass>, uint32_t> rows_;
+    std::vector<LinkSetId> sets_;  // [query]
+};
+
+}  // namespace
+
+bool note_linking(Context& ctx, Prim light) {
+    bool is_any = false;
+    for (const char* collection : {"lightLink", "shadowLink"}) {
+        is_any = is_linked(ctx, light, collection) || is_any;
+        warn_idle_expression(ctx, light, collection);
+    }
+    bool& is_kept = ctx.state<LinkPlaces>().is_kept;
+    is_kept = is_kept || is_any;
+    return is_any;
+}
+
+std::vector<usd::layer::Path> places_of(const Context& ctx,
+                                        uint32_t place,
+                                        scene::ProvenanceId provenance) {
+    return paths_at(ctx, ctx.state<LinkPlaces>().list[place], provenance);
+}
+
+uint32_t place_inside(Context& ctx, uint32_t outer, const Placement& placement) {
+    LinkPlaces& places = ctx.state<LinkPlaces>();
+    if (!places.is_kept) return 0;
+    const auto [at, is_new] = places.known.try_emplace(
+        {outer, placement.provenance, placement.what}, uint32_t(places.list.size()));
+    if (!is_new) return at->second;
+    LinkPlace place = places.list[outer];
+    const Path path =
+        map_path(place, Path::from(ctx.scene.provenance[placement.provenance].prim_path));
+    if (placement.what->is_point_prototype) {
+        place.instancers.insert(place.instancers.begin(), path);
+    } else {
+        place.read = placement.what->frame.path();
+        place.placed = path;
+    }
+    places.list.push_back(std::move(place));
+    return at->second;
+}
+
+void link_all(Context& ctx) {
+    Linker(ctx).run();
+}
+
+}  // namespace velatura::translate::linking

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "translate/context/context.h"
+#include "translate/materials/materials.h"
+#include "translate/materials/node_graph.h"
+#include "translate/materials/pattern_builder.h"
+
+#include <span>
+#include <string_view>
+
+namespace velatura::translate::materials {
+
+/// Whether a surface shader is one that read_node_surface can read.
+bool is_node_surface(std::string_view id);
+
+/// A surface shader of MaterialX as a material: standard_surface, open_pbr_surface or
+/// UsdPreviewSurface. What is not simulated costs a warning at the shader.
+scene::Material read_node_surface(Context& ctx,
+                                  Prim shader,
+                                  std::string_view id,
+                                  MaterialEntry& entry);
+
+/// `displacement` of a MaterialX displacement shader.
+scene::Input read_node_displacement(Context& ctx, Prim shader, MaterialEntry& entry);
+
+/// Reads the inputs of one surface shader.
+struct SurfaceReader {
+    NodeGraphReader graph;
+    Prim shader;
+
+    PatternBuilder& builder() { return graph.builder; }
+
+    Port number(std::string_view name, float otherwise) {
+        return graph.input(shader, name, builder().constant(otherwise));
+    }
+
+    Port color(std::string_view name, const Rgb& otherwise) {
+        return graph.input(shader, name, builder().color(otherwise));
+    }
+
+    /// stand_in: Input::value where it varies.
+    scene::Input finish(Port p, const Rgb& stand_in = Rgb(0.0f)) {
+        return graph.finish(shader, p, stand_in);
+    }
+
+    bool may_be_positive(Port p) const;
+    /// Whether the shader says something of the input, be it the default.
+    bool is_authored(std::string_view name) const;
+    /// Warns when an input that nothing is made of says something.
+    void refuse(std::string_view name, float neutral);
+    /// Tells the plan of an effect that the shader authors so that it does nothing.
+    void note_neutral(std::string_view name, Port p, scene::Effect effect);
+    void refuse_connected(std::string_view name);
+    void warn_unknown(std::span<const std::string_view> known);
+    /// What `transmission_scatter` and its anisotropy say of the inside, where there is one.
+    void read_scatter(scene::Material& m);
+    /// The normal of the surface from a normalmap node, in tangent space.
+    scene::Input normal(std::string_view name);
+};
+
+scene::Material read_standard_surface(SurfaceReader& s);
+scene::Material read_open_pbr_surface(SurfaceReader& s);
+
+/// Grazing reflectance with which Schlick's formula gives `at_82` at a cosine of 1/7, where the
+/// models of metal have their second colour; in [0, 1].
+Port schlick_f90(PatternBuilder& b, Port f0, Port at_82);
+
+}  // namespace velatura::translate::materials
