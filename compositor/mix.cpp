@@ -2,6 +2,7 @@
 #include "compositor/mix.h"
 
 #include "compositor/fold.h"
+#include "compositor/layered_mix.h"
 #include "image/digest.h"
 #include "image/display.h"
 #include "image/formats.h"
@@ -40,11 +41,7 @@ struct Rows {
 /// Folds strips into the mixed picture. Strips may come in any order and from several threads.
 class Mixer {
   public:
-    Mixer(const LayerStack& layout,
-          const MixPlan& plan,
-          const Look& look,
-          bool with_layers,
-          image::ChannelType type);
+    Mixer(const LayerStack& layout, const MixPlan& plan, const Look& look, image::ChannelType type);
 
     /// What strips must hold.
     std::span<const layers::ChannelPlace> channels() const { return channels_; }
@@ -68,7 +65,6 @@ class Mixer {
     const LayerStack& layout_;
     const MixPlan& plan_;
     const image::ChannelType type_;
-    const bool with_layers_;
     std::vector<MixPlan::Term> terms_;
     std::vector<layers::ChannelPlace> channels_;  ///< each once
     std::vector<std::string> channel_layers_;     ///< per channel, for messages
@@ -77,7 +73,6 @@ class Mixer {
     std::optional<size_t> alpha_;
     std::array<std::vector<float>, 3> fold_;
     std::vector<float> alpha_values_;
-    std::vector<std::vector<float>> gained_;  ///< per step, with layers
     std::mutex mutex_;
     std::map<std::string, NotFinite> not_finite_;  ///< first: pixel of the data window
 };
@@ -85,20 +80,14 @@ class Mixer {
 Mixer::Mixer(const LayerStack& layout,
              const MixPlan& plan,
              const Look& look,
-             bool with_layers,
              image::ChannelType type)
-    : layout_(layout),
-      plan_(plan),
-      type_(type),
-      with_layers_(with_layers && plan.family != "beauty" && plan.family != "plain"),
-      terms_(plan.all_terms()) {
+    : layout_(layout), plan_(plan), type_(type), terms_(plan.all_terms()) {
     const size_t pixels = layout.image().data.pixel_count();
     const float exposure = std::exp2(look.exposure_stops);
     for (size_t t = 0; t < terms_.size(); ++t) {
         for (size_t c = 0; c < 3; ++c) add_step(t, c, terms_[t].gain[c] * exposure);
     }
     for (auto& f : fold_) f.assign(pixels, 0.0f);
-    if (with_layers_) gained_.assign(steps_.size(), std::vector<float>(pixels));
     alpha_ = request("rgba", 3);
     if (alpha_) alpha_values_.assign(pixels, 0.0f);
 }
@@ -117,7 +106,7 @@ std::optional<size_t> Mixer::request(const std::string& layer, size_t c) {
 
 void Mixer::add_step(size_t term, size_t c, float gain) {
     // 0 times a finite value never changes a fold that began at +0
-    if (gain == 0.0f && !with_layers_) return;
+    if (gain == 0.0f) return;
     Step step{term, c, {}, {}, gain};
     step.channel = request(terms_[term].layer, c);
     if (!terms_[term].clamp_layer.empty()) step.clamp = request(terms_[term].clamp_layer, c);
@@ -177,12 +166,8 @@ void Mixer::fold_row(const layers::Strip& strip, size_t row, Rows& rows) {
         }
         if (has_mattes(terms_[step.term])) apply_mattes(step, pixel, rows);
         float* fold = fold_[step.c].data() + pixel;
-        float* gained = with_layers_ ? gained_[s].data() + pixel : values;
         const float gain = step.gain;
-        for (size_t i = 0; i < width; ++i) {
-            gained[i] = gain * values[i];
-            fold[i] += gained[i];
-        }
+        for (size_t i = 0; i < width; ++i) fold[i] += gain * values[i];
     }
     if (alpha_) load(strip, *alpha_, row, channel_steps_[*alpha_], alpha_values_.data() + pixel);
 }
@@ -220,21 +205,16 @@ NotFinite beyond(image::ChannelType type, const std::vector<float>& values) {
     return found;
 }
 
-std::string digest_of_layer(const image::Image& image, const std::string& name) {
+std::string digest_of_beauty(const image::Image& image) {
     std::vector<const image::Channel*> channels;
-    for (const image::Part& part : image.parts) {
-        for (const image::Channel& c : part.channels) {
-            const bool is_of = name == "rgba" ? c.name.size() == 1 : c.name.starts_with(name + ".");
-            if (is_of) channels.push_back(&c);
-        }
-    }
+    for (const image::Channel& c : image.parts[0].channels) channels.push_back(&c);
     return image::digest_of(image.data, channels);
 }
 
 image::Image Mixer::picture(const Look& look) {
     image::Image out;
     out.data = layout_.image().data;
-    image::Part rgba, layers;
+    image::Part rgba;
     rgba.name = "rgba";
     const auto as_stored = [this](std::string name, std::vector<float> values) {
         image::Channel channel = float_channel(std::move(name), std::move(values));
@@ -243,40 +223,20 @@ image::Image Mixer::picture(const Look& look) {
     rgba.attributes =
         layers::carried_attributes(layout_.image().parts[layout_.beauty_part()].attributes);
     if (!layout_.view().empty()) rgba.attributes["view"] = layout_.view();
-    layers.name = plan_.family;
     for (size_t c = 0; c < 3; ++c)
         rgba.channels.push_back(as_stored(rgb_names[c], std::move(fold_[c])));
     if (alpha_) rgba.channels.push_back(as_stored("A", std::move(alpha_values_)));
     out.parts.push_back(std::move(rgba));
 
-    layers::FamilyClosure closure;
-    closure.family = plan_.family;
-    closure.is_exact = true;
-    for (size_t s = 0; s < gained_.size(); ++s) {
-        const std::string& layer = terms_[steps_[s].term].layer;
-        layers.channels.push_back(
-            float_channel(layer + "." + rgb_names[steps_[s].c], std::move(gained_[s])));
-        if (closure.order.empty() || closure.order.back() != layer) closure.order.push_back(layer);
-    }
-    if (!layers.channels.empty()) out.parts.push_back(std::move(layers));
-
+    const accumulate::LayerEntry* described = layout_.header().find("rgba");
+    accumulate::LayerEntry entry = described ? *described : accumulate::LayerEntry{};
+    entry.name = entry.part = "rgba";
+    if (!described) entry.family = "beauty";
+    entry.type = type_ == image::ChannelType::Half ? "half" : "float";
+    entry.is_empty = entry.in_sum = false;
+    entry.digest = digest_of_beauty(out);
     layers::ResolvedLayers resolved;
-    std::vector<std::string> stored = {"rgba"};
-    stored.insert(stored.end(), closure.order.begin(), closure.order.end());
-    for (const std::string& name : stored) {
-        const accumulate::LayerEntry* described = layout_.header().find(name);
-        accumulate::LayerEntry entry = described ? *described : accumulate::LayerEntry{};
-        entry.name = name;
-        if (!described) entry.family = "beauty";
-        entry.type = name == "rgba" && type_ == image::ChannelType::Half ? "half" : "float";
-        entry.is_empty = false;
-        entry.in_sum = name != "rgba";
-        entry.part = name == "rgba" ? "rgba" : closure.family;
-        entry.digest = digest_of_layer(out, name);
-        resolved.layers.push_back(std::move(entry));
-    }
-    layers::set_bound(closure, closure.order.size(), false);
-    if (!closure.order.empty()) resolved.closure.push_back(std::move(closure));
+    resolved.layers.push_back(std::move(entry));
     accumulate::LayerSet set;
     set.groups = layout_.header().lights;
     layers::write_layer_header(out, resolved, set, layout_.header().samples,
@@ -347,7 +307,13 @@ image::Image apply_mix(const LayerStack& stack,
                        bool with_layers,
                        std::vector<NotFiniteLayer>* not_finite,
                        image::ChannelType type) {
-    Mixer mixer(stack, plan, look, with_layers, type);
+    if (with_layers) {
+        LayeredMix layered(stack, plan, look);
+        layers::for_each_strip(stack.image(), layered.channels(),
+                               [&](const layers::Strip& strip) { layered.take(strip); });
+        return layered.picture(not_finite);
+    }
+    Mixer mixer(stack, plan, look, type);
     layers::for_each_strip(stack.image(), mixer.channels(),
                            [&](const layers::Strip& strip) { mixer.fold(strip); });
     if (not_finite) mixer.list_not_finite(*not_finite);
@@ -362,7 +328,15 @@ Result<image::Image> mix_file(const layers::StripReader& file,
                               std::vector<NotFiniteLayer>* not_finite,
                               size_t strip_bytes,
                               image::ChannelType type) {
-    Mixer mixer(layout, plan, look, with_layers, type);
+    if (with_layers) {
+        LayeredMix layered(layout, plan, look);
+        const auto read = file.read(
+            layered.channels(), [&](const layers::Strip& strip) { layered.take(strip); },
+            strip_bytes);
+        if (!read) return read.error();
+        return layered.picture(not_finite);
+    }
+    Mixer mixer(layout, plan, look, type);
     const auto done = file.read(
         mixer.channels(), [&](const layers::Strip& strip) { mixer.fold(strip); }, strip_bytes);
     if (!done) return done.error();

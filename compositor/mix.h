@@ -20,12 +20,12 @@ struct NotFiniteLayer {
     int x = 0, y = 0;  ///< the first of them, row by row
 };
 
-/// The mixed picture over the data window: parts `rgba` (`type`, scene-linear, premultiplied, alpha
-/// of the beauty) and, when asked for, the gained layers as float, with a header that `verify`
-/// accepts. Unit gains give the beauty bit for bit, since the fold is the one that defines it.
-/// Exposure is a gain on everything. Values that are not finite count as 0 and are told in
-/// `not_finite` when it is given, as are those of the mix. Attributes of the file are kept,
-/// whatever their type; none is made up.
+/// The mixed picture over the data window: a part `rgba` (`type`, scene-linear, premultiplied,
+/// alpha of the beauty) with a header that `verify` accepts, or with all layers of the file that
+/// hold for the mix (layered_mix.h; `type` does not count then). Unit gains give the beauty bit for
+/// bit, since the fold is the one that defines it. Exposure is a gain on everything. Values that
+/// are not finite count as 0 and are told in `not_finite` when it is given, as are those of the
+/// mix. Attributes of the file are kept, whatever their type; none is made up.
 image::Image apply_mix(const LayerStack& stack,
                        const MixPlan& plan,
                        const Look& look,

@@ -131,7 +131,7 @@ int run_mix(const MixOptions& o) {
         return report({"bad-output", "--with-layers needs an .exr, which " + o.output + " is not"});
     if (o.with_layers && storage->type == image::ChannelType::Half)
         return report({"bad-output",
-                       "--with-layers stores floats: as halves the layers would no "
+                       "--with-layers keeps the types of the file: as halves the layers would no "
                        "longer add up to the mix; leave --depth half out"});
     auto look = o.look.look();
     if (!look) return report(look.error());
@@ -182,8 +182,10 @@ void add_mix_command(Command& app, std::function<int()>& run) {
     command.add_option("--view", o->view,
                        "OpenColorIO view: ACES, sRGB or Raw in the built-in config");
     o->storage.add_to(command);
-    command.add_flag("--with-layers", o->with_layers,
-                     "Store the gained layers in the .exr as well");
+    command.add_flag(
+        "--with-layers", o->with_layers,
+        "Store all layers in the .exr as well: light gained as in the mix (shadows less "
+        "what is lifted of them), data and Cryptomattes bit for bit");
     add_frames_option(command, o->frames);
     command
         .add_option("--memory", o->memory_gb,

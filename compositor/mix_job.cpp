@@ -5,15 +5,19 @@
 #include "base/tasks.h"
 #include "compositor/fit_look.h"
 #include "compositor/input_files.h"
+#include "compositor/layer_fates.h"
 #include "compositor/mix.h"
 #include "compositor/mix_plan.h"
 #include "compositor/picture_name.h"
+#include "image/digest.h"
+#include "layers/cryptomatte.h"
 #include "layers/layer_file.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <exception>
 #include <filesystem>
 #include <mutex>
@@ -27,8 +31,8 @@ namespace {
 
 /// The mixed picture, the copy that is read back, and what a display transform needs.
 constexpr size_t picture_bytes_per_pixel = 48;
-/// A gained layer, and its copy.
-constexpr size_t layer_bytes_per_pixel = 24;
+/// A channel that is stored as well, and its copy.
+constexpr size_t channel_bytes_per_pixel = 8;
 constexpr size_t matte_bytes_per_pixel = 4;
 /// Readers of a frame need as much again, four times where there is room.
 constexpr size_t fewest_strip_bytes = size_t(64) << 20;
@@ -43,6 +47,24 @@ std::string describe(const NotFiniteLayer& layer, image::ChannelType type) {
                        layer.layer, layer.x, layer.y);
 }
 
+/// The mix is stored without loss: that ids have changed before is to be seen here alone.
+void add_lossy_mattes(const LayerStack& layout,
+                      const std::string& input,
+                      std::vector<std::string>& warnings) {
+    for (const layers::Cryptomatte& matte : layers::cryptomattes_of(layout.image())) {
+        for (const image::Part& part : layout.image().parts) {
+            const bool has_ids = std::any_of(
+                part.channels.begin(), part.channels.end(),
+                [&](const image::Channel& c) { return c.name.starts_with(matte.layer + "00."); });
+            if (has_ids && part.is_lossy)
+                warnings.push_back(
+                    fmt::format("{}: {} was stored with lossy compression, which has changed its "
+                                "ids",
+                                input, matte.layer));
+        }
+    }
+}
+
 /// What a frame holds beside its strips.
 size_t frame_bytes(const MixJob& job, const LayerStack& layout, int frame) {
     Look look = has_keys(job.look) ? look_at(job.look, frame) : job.look;
@@ -52,10 +74,10 @@ size_t frame_bytes(const MixJob& job, const LayerStack& layout, int frame) {
     }
     size_t bytes_per_pixel = picture_bytes_per_pixel + matte_bytes_per_pixel * mattes.size();
     if (job.with_layers && is_exr(job.output)) {
-        if (job.is_lenient) look = fit_look(layout, look).look;
-        // A look that cannot be mixed is told when its turn comes
-        const auto plan = plan_gains(layout, look);
-        if (plan) bytes_per_pixel += layer_bytes_per_pixel * plan->all_terms().size();
+        for (const image::Part& part : layout.image().parts) {
+            for (const image::Channel& c : part.channels)
+                bytes_per_pixel += image::is_bookkeeping(c.name) ? 0 : channel_bytes_per_pixel;
+        }
     }
     return layout.image().data.pixel_count() * bytes_per_pixel;
 }
@@ -125,9 +147,6 @@ Result<std::vector<std::string>> mix_one(const MixJob& job,
                                   ? inputs[0]
                                   : fmt::format("{} and {} more", inputs[0], inputs.size() - 1);
     for (const std::string& note : layout.notes()) warnings.push_back(input + ": " + note);
-    if (layout.is_plain() && job.with_layers)
-        return Error{"not-layers",
-                     fmt::format("{} has no light layers of Velatura to store again", input)};
 
     Look look = job.look;
     if (has_keys(look)) {
@@ -142,9 +161,15 @@ Result<std::vector<std::string>> mix_one(const MixJob& job,
     }
     const auto plan = plan_mix(layout, look, &file, strip_bytes);
     if (!plan) return Error{plan.error().code, fmt::format("{}: {}", input, plan.error().message)};
-    if (job.with_layers && plan->family == "beauty")
-        return Error{"not-layers", input + " stores no light layers that could be stored again"};
     for (const std::string& note : plan->notes) warnings.push_back(input + ": " + note);
+    if (job.with_layers) {
+        const std::string left_out =
+            layers_not_stored(layout, *plan, std::exp2(look.exposure_stops));
+        if (!left_out.empty())
+            warnings.push_back(fmt::format("{}: not stored, as they do not hold for the mix: {}",
+                                           input, left_out));
+        add_lossy_mattes(layout, input, warnings);
+    }
 
     const bool is_linear = is_exr(output);
     std::vector<NotFiniteLayer> not_finite;

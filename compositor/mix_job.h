@@ -38,8 +38,8 @@ MemoryShare share_memory(const MixJob& job, const std::vector<int>& frames);
 
 /// Mixes one frame and writes the result under a temporary name, renamed when it is whole. Returns:
 /// warnings. `frame` is where keys of the look are read.
-/// Errors: "no-frame" (keys and no frame), "not-finite" (strict), "not-layers" (none to
-/// store), and those of opening, planning and writing.
+/// Errors: "no-frame" (keys and no frame), "not-finite" (strict), and those of opening, planning
+/// and writing.
 Result<std::vector<std::string>> mix_one(const MixJob& job,
                                          const std::vector<std::string>& inputs,
                                          const std::string& output,

@@ -39,6 +39,7 @@ class Planner {
         : stack_(stack), look_(look), is_brief_(is_brief), rows_(stack, look) {
         cells_.resize(rows_.column_count() * rows_.group_count());
         lifts_.resize(rows_.group_count());
+        plan_.faders = Faders(rows_.column_names(), rows_.group_names());
     }
 
     Result<MixPlan> run();
@@ -59,6 +60,9 @@ class Planner {
     Result<void> add_shadows();
     Result<void> add_shadow(const accumulate::LayerEntry& entry,
                             const std::vector<MattedShare>& lifts);
+    std::string direct_layer(const std::string& group) const;
+    void add_beside();
+    std::optional<Gain> common_gain() const;
     bool is_uniform_along(bool groups) const;
     double largest_gain(const Term& term) const;
     Result<void> check_gains() const;
@@ -105,6 +109,10 @@ void Planner::apply_gain(const Control& control, const Selection& selected) {
                             ? kelvin_tint(control.kelvin, file_from_rec709_)
                             : control.factor;
     const size_t matte = matte_number(control.matte);
+    if (matte == whole_picture)
+        plan_.faders.apply(control.kind, factor, selected);
+    else
+        plan_.faders.matted.push_back({matte, control.target, factor, selected});
     for (size_t i = 0; i < cells_.size(); ++i) {
         if (!selected[i]) continue;
         if (matte == whole_picture) {
@@ -126,10 +134,16 @@ void Planner::apply_clamp(const Control& control, const Selection& selected) {
 
 void Planner::apply_solos() {
     for (const auto& [matte, solos] : solos_) {
+        Selection unheard(cells_.size());
+        for (size_t i = 0; i < cells_.size(); ++i)
+            unheard[i] = std::none_of(solos.begin(), solos.end(),
+                                      [i](const Selection& s) { return bool(s[i]); });
+        if (matte == whole_picture)
+            plan_.faders.mute(unheard);
+        else
+            plan_.faders.matted.push_back({matte, "solo", {0, 0, 0}, unheard});
         for (size_t i = 0; i < cells_.size(); ++i) {
-            const bool is_heard = std::any_of(solos.begin(), solos.end(),
-                                              [i](const Selection& s) { return bool(s[i]); });
-            if (is_heard) continue;
+            if (!unheard[i]) continue;
             if (matte == whole_picture) {
                 cells_[i].gain = {0, 0, 0};
             } else {
@@ -367,6 +381,8 @@ Result<void> Planner::add_shadow(const accumulate::LayerEntry& entry,
     } else {
         term.matted_lifts = lifts;
     }
+    term.direct_layer = direct_layer(entry.group);
+    term.lifts = lifts;
     plan_.shadow_terms.push_back(std::move(term));
     return {};
 }
@@ -396,11 +412,47 @@ Result<void> Planner::add_shadows() {
     return {};
 }
 
+/// The layer of the family that holds a group's direct light; the beauty where there is no family.
+std::string Planner::direct_layer(const std::string& group) const {
+    if (plan_.family == "beauty") return "rgba";
+    const std::vector<std::string> columns = stack_.column_names();
+    for (const accumulate::LayerEntry& e : stack_.header().layers) {
+        const bool is_bounce = plan_.family == "groups" || columns.empty() ||
+                               e.bounce == columns[rows_.direct_column()];
+        const bool is_group =
+            plan_.family == "bounces" || rows_.group_of(e.group) == rows_.group_of(group);
+        if (e.family == plan_.family && is_bounce && is_group) return e.name;
+    }
+    return {};
+}
+
+void Planner::add_beside() {
+    for (const accumulate::LayerEntry& e : stack_.header().layers) {
+        const bool is_row = e.family == "plain" || e.family == "clamp";
+        const bool is_direct =
+            e.family == "shadow" || e.family == "caster" || e.family == "unoccluded";
+        if (!(is_row || is_direct)) continue;
+        const CellGain& gains =
+            is_row ? cell(e) : cell(rows_.direct_column(), rows_.group_of(e.group));
+        plan_.beside.push_back({e.name, gains.gain, gains.mattes});
+    }
+}
+
+std::optional<Gain> Planner::common_gain() const {
+    const bool is_one = std::all_of(cells_.begin(), cells_.end(), [this](const CellGain& c) {
+        return c == cells_[0] && c.mattes.empty() && c.clamp.empty();
+    });
+    if (!is_one || cells_.empty() || !plan_.shadow_terms.empty()) return std::nullopt;
+    return cells_[0].gain;
+}
+
 Result<MixPlan> Planner::run() {
     if (auto done = learn_color(); !done) return done.error();
     if (auto done = apply_controls(); !done) return done.error();
     if (auto done = choose_family(); !done) return done.error();
     if (auto done = add_shadows(); !done) return done.error();
+    add_beside();
+    plan_.common_gain = common_gain();
     const auto& layers = stack_.header().layers;
     const bool was_clamped = std::any_of(layers.begin(), layers.end(),
                                          [](const auto& e) { return e.family == "clamp"; });

@@ -3,11 +3,13 @@
 
 #include "base/result.h"
 #include "compositor/controls.h"
+#include "compositor/faders.h"
 #include "compositor/layer_stack.h"
 #include "compositor/mattes.h"
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -44,11 +46,21 @@ struct MixPlan {
         std::vector<MattedShare> matted_lifts = {};  ///< their sum is a factor; empty = 1
         std::string clamp_layer = {};                ///< empty = nothing is given back
         std::vector<MattedShare> clamp_shares = {};  ///< the largest counts
+        /// Of a lifted shadow: the layer of the family that holds the light's direct light.
+        std::string direct_layer = {};
+        std::vector<MattedShare> lifts =
+            {};  ///< of it, which the gain or matted_lifts hold as well
     };
 
     std::string family;       ///< whose layers are gained: matrix, bounces, groups, beauty, plain
     std::vector<Term> terms;  ///< the family, in the order of its closure
     std::vector<Term> shadow_terms;  ///< S_<group>, S_<group>_<caster>, added after them
+    /// What the file holds beside the mix and what follows its gains: shadows, unoccluded light,
+    /// what clamps took; rows of a file of another renderer.
+    std::vector<Term> beside = {};
+    /// Of all light, where it has one gain and no shadow is lifted; without exposure.
+    std::optional<std::array<float, 3>> common_gain = {};
+    Faders faders = {};  ///< the gains, as a person sets them
     std::vector<Matte> mattes = {};
     std::vector<std::string> notes = {};  ///< what the look asks for and the file has no need of
 

@@ -30,6 +30,7 @@ struct NamedLayer {
     size_t file = 0;
     bool is_bare = false;  ///< channels without a dot
     bool is_data = false;  ///< by the types of its channels, or as its part says
+    std::string of = {};   ///< light that another layer holds already: its name
     std::array<std::optional<ChannelPlace>, 4> channels = {};  ///< R G B A
     std::vector<ChannelPlace> all = {};                        ///< whatever they are called
 
@@ -80,12 +81,15 @@ std::vector<NamedLayer> named_layers(const image::Image& image,
             const auto [at, is_new] =
                 places.try_emplace({p, name, is_bare && !is_alone}, layers.size());
             if (is_new)
-                layers.push_back(
-                    {name, files ? files->of_part[p] : 0, is_bare && !is_alone, says_data(part)});
+                layers.push_back({.name = name,
+                                  .file = files ? files->of_part[p] : 0,
+                                  .is_bare = is_bare && !is_alone,
+                                  .is_data = says_data(part)});
             NamedLayer& layer = layers[at->second];
             // `key.red` beside `key.R` is no second red
             if (index && layer.channels[*index]) {
-                layers.push_back({*full, layer.file, false, true, {}, {{p, c}}});
+                const size_t file = layer.file;
+                layers.push_back({.name = *full, .file = file, .is_data = true, .all = {{p, c}}});
                 continue;
             }
             layer.all.push_back({p, c});
@@ -227,7 +231,7 @@ class Builder {
         const std::string name = names_.make(layer.has_colour()   ? row_name(layer, last_words_)
                                              : layer.name.empty() ? std::string("unnamed")
                                                                   : layer.name);
-        add_entry(layer, name, "data");
+        add_entry(layer, name, "data").of = layer.of;
         if (layer.has_colour()) add_channels(layer, name);
         plain_.data.emplace(name, layer.all);
     }
@@ -238,7 +242,7 @@ class Builder {
             const auto is_here = [&](const auto& c) { return c && *c == place; };
             if (std::any_of(layer.channels.begin(), layer.channels.end(), is_here)) continue;
             const std::string& channel = image_.parts[place.part].channels[place.channel].name;
-            add_data({channel, layer.file, false, true, {}, {place}});
+            add_data({.name = channel, .file = layer.file, .is_data = true, .all = {place}});
         }
     }
 
@@ -274,9 +278,10 @@ class Builder {
         std::vector<const NamedLayer*> used;
         std::string without;
         names_.take("rgba");
-        for (const NamedLayer& layer : layers_) {
+        for (NamedLayer& layer : layers_) {
             if (!layer.is_light()) continue;
             if (is_total(layer.name, has) || is_shadow_pass(layer.name)) {
+                if (!is_shadow_pass(layer.name)) layer.of = "rgba";
                 without += (without.empty() ? ", without " : ", ") + layer.name;
                 continue;
             }
@@ -315,6 +320,7 @@ void name_by_files(std::vector<NamedLayer>& layers, const PlainFiles& files) {
                 continue;
             }
             // Without a beauty its light layers are rows; beside one they are parts of it
+            if (beauty != end && at->is_light()) at->of = file.empty() ? "rgba" : file;
             at->is_data = at->is_data || beauty != end || at->kind() != PassKind::Light;
             at->name = file.empty() ? at->name : file + "." + at->name;
             at->is_bare = false;

@@ -15,7 +15,8 @@ namespace velatura::compositor {
 
 /// A file of another renderer as rows of a mixer: each colour layer is a row that it is a part of
 /// the beauty, `rest` is what is left of the beauty without them. Layers of data (pass_names.h) and
-/// integers make no rows.
+/// integers make no rows. Light that rows or the beauty hold already (sums of rows, passes beside
+/// the beauty of a file that is a row) is data whose entry names in `of` what holds it.
 struct PlainLayers {
     layers::LayerHeader header;  ///< rows as groups, layers of family "plain" or "data", no closure
     /// `R` … `A` of the beauty, `row.R` …; without a beauty `A` is that of the first row.

@@ -27,6 +27,10 @@ class RowNames {
 
     const std::string& group_name(size_t g) const { return groups_[g]; }
 
+    const std::vector<std::string>& group_names() const { return groups_; }
+
+    const std::vector<std::string>& column_names() const { return columns_; }
+
     /// 0 for other names.
     size_t column_of(const std::string& name) const;
     size_t group_of(const std::string& name) const;

@@ -103,6 +103,29 @@ image::Image made_layers() {
     return image;
 }
 
+void take_out(image::Image& image, const std::vector<std::string>& layers) {
+    std::string header = image.text(layers::layers_attribute),
+                closure = image.text(layers::closure_attribute);
+    for (const std::string& layer : layers) {
+        const std::string name = "\"name\":\"" + layer + "\",";
+        header.insert(header.find(name) + name.size(), "\"empty\":true,");
+        for (const std::string& in_order :
+             {"\"" + layer + "\",", ",\"" + layer + "\"", "\"" + layer + "\""}) {
+            const size_t at = closure.find(in_order);
+            if (at == std::string::npos) continue;
+            closure.erase(at, in_order.size());
+            break;
+        }
+        for (image::Part& part : image.parts) {
+            std::erase_if(part.channels,
+                          [&](const image::Channel& c) { return c.name.starts_with(layer + "."); });
+        }
+    }
+    image.attributes[layers::layers_attribute] = header;
+    image.attributes[layers::closure_attribute] = closure;
+    std::erase_if(image.parts, [](const image::Part& p) { return p.channels.empty(); });
+}
+
 image::Image made_foreign(
     const std::vector<std::pair<std::string, std::vector<std::string>>>& parts) {
     image::Image image;

@@ -13,6 +13,9 @@ namespace velatura::compositor {
 /// `tree` and `rest`, clamp layers of some cells. Values are functions of pixel and name.
 image::Image made_layers();
 
+/// Layers of made_layers() as black ones: named in the header and not stored.
+void take_out(image::Image& image, const std::vector<std::string>& layers);
+
 /// One value of a made layer.
 float made_value(const std::string& channel, size_t pixel);
 

@@ -5,6 +5,7 @@
 #include "compositor/mix_job.h"
 #include "compositor/test_stack.h"
 #include "image/exr.h"
+#include "layers/layer_check.h"
 
 #include <gtest/gtest.h>
 
@@ -46,7 +47,8 @@ TEST(Keys, AreLinearBetweenFrames) {
     EXPECT_EQ(look_at(*json, 9.5).controls[0].factor[0], 1.5f);
 }
 
-TEST(MixJob, WithLayersNeedsLayers) {
+/// Beauty and data are layers as well.
+TEST(MixJob, WithLayersOfAFileWithoutLightLayers) {
     film::LayerSet set = film::test_layer_set();
     set.bounce_layers = set.group_layers = false;
     film::Film film({0, 0, 24, 18}, set);
@@ -54,10 +56,20 @@ TEST(MixJob, WithLayersNeedsLayers) {
     MixJob job;
     job.inputs = {film::temporary_file("beauty_only.exr")};
     job.output = film::temporary_file("beauty_mixed.exr");
-    ASSERT_TRUE(film.write(job.inputs[0], {}).has_value());
-    EXPECT_TRUE(mix_one(job, job.inputs, job.output, {}, 1).has_value());
+    job.look = look_of({{Control::Kind::Gain, "all=2"}});
     job.with_layers = true;
-    EXPECT_EQ(mix_one(job, job.inputs, job.output, {}, 1).error().code, "not-layers");
+    ASSERT_TRUE(film.write(job.inputs[0], {}).has_value());
+    const auto warnings = mix_one(job, job.inputs, job.output, {}, 1);
+    ASSERT_TRUE(warnings.has_value()) << warnings.error().message;
+    EXPECT_TRUE(warnings->empty());
+    const auto before = LayerStack::load(job.inputs[0]), after = LayerStack::load(job.output);
+    ASSERT_TRUE(after.has_value()) << after.error().message;
+    const auto check = layers::check_layers(after->image(), after->header());
+    EXPECT_TRUE(check.is_good()) << check.problems[0];
+    for (size_t i = 0; i < before->image().data.pixel_count(); ++i) {
+        ASSERT_EQ(after->channel("rgba", 1)->value(i), 2 * before->channel("rgba", 1)->value(i));
+        ASSERT_EQ(after->image().find("Z")->value(i), before->image().find("Z")->value(i));
+    }
 }
 
 TEST(Presets, DifferencesAreToldControlByControl) {
@@ -103,9 +115,13 @@ TEST(Sequence, MemoryIsForMattesAndLayersAsWell) {
     job.look.controls[2].matte = mask + ":Z";
     EXPECT_EQ(share_memory(job, frames).frame_bytes, (48 + 2 * 4) * pixels);
     EXPECT_EQ(share_memory(job, frames).frames, 1u);
-    // C_<group> of the five groups
+    // All channels of the file
     job.with_layers = true;
-    EXPECT_EQ(share_memory(job, frames).frame_bytes, (48 + 2 * 4 + 5 * 24) * pixels);
+    const auto stack = LayerStack::load(mask);
+    ASSERT_TRUE(stack.has_value());
+    size_t channels = 0;
+    for (const image::Part& part : stack->image().parts) channels += part.channels.size();
+    EXPECT_EQ(share_memory(job, frames).frame_bytes, (48 + 2 * 4 + channels * 8) * pixels);
     job.memory_bytes = 1;
     EXPECT_EQ(share_memory(job, frames).frames, 1u);
     EXPECT_GT(share_memory(job, frames).strip_bytes, 1u);
