@@ -13,7 +13,7 @@ int report(const Error& error) {
     for (const char* code :
          {"bad-gain", "bad-matte", "unknown-name", "matte-layer", "matte-name", "matte-channel",
           "bad-output", "bad-target", "bad-frames", "no-frame", "unknown-space", "unknown-view",
-          "files-differ", "export-sequence", "overwrites-input"}) {
+          "files-differ", "export-sequence", "export-several", "overwrites-input"}) {
         if (is(code)) return usage;
     }
     if (is("closure-failed") || is("verify-failed") || is("not-finite") || is("proof-failed"))

@@ -49,8 +49,17 @@ Result<MixRecipe> mix_recipe(const LayerStack& stack,
 /// sequence.
 std::string oiio_script(const MixRecipe& recipe);
 
-/// A Nuke script: Read, then Shuffle, Multiply and Merge2 per layer, each named by its layer.
-std::string nuke_script(const MixRecipe& recipe);
+/// A Nuke script: a Read, and a Group that adds up the layers with a knob per fader, set as the
+/// look is: exposure; gain, tint and mute of all, of each group and bounce; a trim per bounce of a
+/// group; lifts of shadows, what clamps gave back, and gains within Cryptomattes. `file`: as for
+/// mix_recipe; where it is relative, the script names it by where the script itself is, which is to
+/// be `folder`. Errors: those of mix_recipe ("export-matte": a matte that is a picture, or a clamp
+/// within one), those of load_matte.
+Result<std::string> nuke_script(const LayerStack& stack,
+                                const MixPlan& plan,
+                                const Look& look,
+                                const std::string& file,
+                                const std::string& folder = "");
 
 /// A Python script that builds the mix as compositing nodes: in Blender, or
 /// `blender -b -P mix.py -- [IN.exr [OUT.exr]]`.

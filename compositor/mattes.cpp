@@ -196,4 +196,17 @@ Result<Matte> load_matte(const LayerStack& stack,
                  std::move(notes)};
 }
 
+Result<std::optional<MatteIds>> matte_ids_of(const LayerStack& stack, const std::string& text) {
+    const std::vector<layers::Cryptomatte> mattes =
+        layers::cryptomattes_of(stack.image(), stack.path());
+    const auto request = parse_request(mattes, text);
+    if (!request) return request.error();
+    if (request->is_picture) return std::optional<MatteIds>();
+    const auto found = layers::find_matte(mattes, request->source);
+    if (!found) return found.error();
+    auto ids = layers::matte_ids(**found, patterns_of(**found, request->choice));
+    if (!ids) return ids.error();
+    return std::optional(MatteIds{request->is_inverted, **found, std::move(*ids)});
+}
+
 }  // namespace velatura::compositor

@@ -3,9 +3,12 @@
 
 #include "base/result.h"
 #include "compositor/layer_stack.h"
+#include "layers/cryptomatte.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,5 +34,15 @@ Result<Matte> load_matte(const LayerStack& stack,
                          const layers::StripReader* file,
                          const std::string& text,
                          size_t strip_bytes = size_t(1) << 30);
+
+/// What `--matte` takes of a Cryptomatte.
+struct MatteIds {
+    bool is_inverted = false;
+    layers::Cryptomatte matte;
+    std::vector<uint32_t> ids;
+};
+
+/// None where a picture is named. Errors as load_matte.
+Result<std::optional<MatteIds>> matte_ids_of(const LayerStack& stack, const std::string& text);
 
 }  // namespace velatura::compositor

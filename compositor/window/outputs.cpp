@@ -38,8 +38,17 @@ Result<std::string> write_picture(const OutputSource& source, const std::string&
 
 using Script = std::string (*)(const MixRecipe&);
 
+/// Scripts read one file.
+Result<void> check_one_file(const OutputSource& source) {
+    if (!source.levels->stack(0).path().empty()) return {};
+    return Error{"export-several",
+                 "several files are open: mix them to one with velatura-comp mix --with-layers and "
+                 "export from that"};
+}
+
 template <Script script>
 Result<std::string> write_script(const OutputSource& source, const std::string& path) {
+    if (const auto one = check_one_file(source); !one) return one.error();
     std::error_code failed;
     // The script may be run from anywhere
     const fs::path whole = fs::absolute(source.layers, failed);
@@ -49,6 +58,19 @@ Result<std::string> write_script(const OutputSource& source, const std::string& 
     if (!recipe) return recipe.error();
     if (auto written = write_file_atomically(path, script(*recipe)); !written)
         return written.error();
+    return std::string();
+}
+
+Result<std::string> write_nuke(const OutputSource& source, const std::string& path) {
+    if (const auto one = check_one_file(source); !one) return one.error();
+    // By where the script lies, so that both can be moved together
+    std::error_code failed;
+    const fs::path folder = fs::absolute(path).lexically_normal().parent_path();
+    const fs::path layers = fs::proximate(fs::absolute(source.layers), folder, failed);
+    const auto script = nuke_script(source.levels->stack(0), *source.task->plans[0],
+                                    source.task->look, failed ? source.layers : layers.string());
+    if (!script) return script.error();
+    if (auto written = write_file_atomically(path, *script); !written) return written.error();
     return std::string();
 }
 
@@ -67,6 +89,7 @@ Result<std::string> write_bake(const OutputSource& source, const std::string& pa
 
 Result<std::string> write_request(const OutputSource& source, const std::string& path) {
     if (!path.ends_with(".json")) return Error{"bad-output", path + " is not .json"};
+    if (const auto one = check_one_file(source); !one) return one.error();
     const auto sums = layers::read_sums_image(source.layers);
     if (!sums) return sums.error();
     const auto counts = layers::stored_counts(*sums);
@@ -86,7 +109,7 @@ constexpr std::array table = {
     Output{OutputKind::Picture, Action::SavePicture, "Save picture", ".png",
            "picture.png, .jpg or .exr", write_picture},
     Output{OutputKind::NukeScript, Action::ExportNuke, "Export a Nuke script", ".nk", "mix.nk",
-           write_script<nuke_script>},
+           write_nuke},
     Output{OutputKind::OiioScript, Action::ExportOiio, "Export a shell script for oiiotool", ".sh",
            "mix.sh", write_script<oiio_script>},
     Output{OutputKind::BlenderScript, Action::ExportBlender, "Export a Python script for Blender",

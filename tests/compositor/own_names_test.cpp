@@ -4,6 +4,7 @@
 #include "compositor/export.h"
 #include "compositor/made_layers.h"
 #include "compositor/mix.h"
+#include "compositor/nuke_reader.h"
 #include "compositor/outcome.h"
 #include "compositor/row_names.h"
 #include "compositor/test_stack.h"
@@ -173,7 +174,7 @@ TEST(OwnNames, OiiotoolRebuildsMixesOfAnyNames) {
         for (size_t i = 0; i < b->size(); ++i) ASSERT_EQ(a->value(i), b->value(i)) << c << i;
     }
     // Nuke's names are plain, its nodes are told apart
-    const std::string nuke = nuke_script(*recipe);
+    const std::string nuke = *nuke_script(*stack, *plan, look, path);
     EXPECT_NE(nuke.find("add_layer {RGBA_char_key RGBA_char_key.red"), std::string::npos);
     EXPECT_EQ(nuke.find("add_layer {a=b"), std::string::npos);
 }
@@ -200,8 +201,11 @@ TEST(OwnNames, RandomNamesEndNoProgram) {
             const image::Image mixed = apply_mix(stack, *plan, look, false);
             const auto recipe = mix_recipe(stack, *plan, look, "x.exr");
             ASSERT_TRUE(recipe.has_value());
-            EXPECT_FALSE(oiio_script(*recipe).empty() || nuke_script(*recipe).empty() ||
-                         blender_script(*recipe).empty());
+            EXPECT_FALSE(oiio_script(*recipe).empty() || blender_script(*recipe).empty());
+            const auto nuke = nuke_script(stack, *plan, look, "x.exr");
+            ASSERT_TRUE(nuke.has_value());
+            const NukeReader reader(*nuke, stack.image());
+            EXPECT_EQ(reader.knobs.at("exposure"), std::vector<double>{0});
         }
     }
 }

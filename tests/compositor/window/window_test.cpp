@@ -498,8 +498,13 @@ TEST_F(WindowTest, ExportsAndBakesAreThoseOfTheCommands) {
                           Case{"Bake into lights …", "bake", ".usda"}}) {
         const std::string ours = file(std::string("ours") + c.extension),
                           theirs = file(std::string("theirs") + c.extension);
-        const Outcome command = run(bin + "/velatura-comp " + c.command + " " + layers_ +
-                                    " --preset " + preset + " -o " + theirs);
+        // A Nuke script names the file from its own folder
+        const fs::path layers = layers_;
+        const bool is_relative = std::string(c.extension) == ".nk";
+        const std::string folder = is_relative ? layers.parent_path().string() : ".",
+                          input = is_relative ? layers.filename().string() : layers_;
+        const Outcome command = run("cd " + folder + " && " + bin + "/velatura-comp " + c.command +
+                                    " " + input + " --preset " + preset + " -o " + theirs);
         ASSERT_TRUE(write_file_atomically(ours, "something else").has_value());
         // Asks for a path, and before it replaces
         const Outcome played =
