@@ -3,6 +3,7 @@
 #include "compositor/command_outcome.h"
 #include "compositor/commands.h"
 #include "compositor/frame_runs.h"
+#include "compositor/input_files.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -23,7 +24,8 @@ namespace {
 namespace fs = std::filesystem;
 
 struct UiOptions {
-    std::string input, preset, input_space, stereo;
+    std::vector<std::string> inputs;
+    std::string preset, input_space, stereo;
     std::optional<double> frame;
     std::vector<int> size;
 };
@@ -42,23 +44,33 @@ Result<std::string> window_program() {
 }
 
 /// Of a sequence the frame of --frame, else the first that is there.
-Result<std::string> opened_file(const UiOptions& o) {
-    if (!is_sequence(o.input)) return o.input;
-    const std::vector<int> frames = frames_on_disk(o.input);
+Result<std::string> opened_file(const UiOptions& o, const std::string& input) {
+    if (!is_sequence(input)) return input;
+    const std::vector<int> frames = frames_on_disk(input);
     const auto at = o.frame ? std::find_if(frames.begin(), frames.end(),
                                            [&](int f) { return double(f) == *o.frame; })
                             : frames.begin();
     if (at == frames.end())
         return Error{"frame-missing",
                      o.frame ? fmt::format("there is no frame {:g} of {}; there are {}", *o.frame,
-                                           o.input, frame_list(frames))
-                             : "there is no frame of " + o.input};
-    return frame_file(o.input, *at);
+                                           input, frame_list(frames))
+                             : "there is no frame of " + input};
+    return frame_file(input, *at);
 }
 
 int run_ui(const UiOptions& o) {
-    const auto input = opened_file(o);
-    if (!input) return report(input.error());
+    std::vector<std::string> inputs;
+    for (const std::string& name : o.inputs) {
+        const auto input = opened_file(o, name);
+        if (!input) return report(input.error());
+        if (!input->empty()) inputs.push_back(*input);
+    }
+    if (inputs.size() > 1 && are_frames(inputs))
+        return report(
+            {"bad-frames",
+             fmt::format("{} and {} are frames of a sequence, not AOVs of one image: open "
+                         "it as shot.####.exr",
+                         inputs[0], inputs[1])});
     const auto program = window_program();
     if (!program) return report(program.error());
     std::vector<std::string> arguments = {*program};
@@ -71,7 +83,8 @@ int run_ui(const UiOptions& o) {
         for (const int v : o.size) arguments.push_back(std::to_string(v));
     }
     // What follows is no option, whatever a file is called
-    if (!input->empty()) arguments.insert(arguments.end(), {"--", *input});
+    if (!inputs.empty()) arguments.emplace_back("--");
+    arguments.insert(arguments.end(), inputs.begin(), inputs.end());
     std::vector<char*> pointers;
     for (std::string& a : arguments) pointers.push_back(a.data());
     pointers.push_back(nullptr);
@@ -84,8 +97,9 @@ int run_ui(const UiOptions& o) {
 void add_ui_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<UiOptions>();
     Command command = app.add_subcommand("ui", "Mix in a window");
-    command.add_option("input", o->input,
-                       "File of light layers, a sequence (shot.####.exr), or a look (.json)");
+    command.add_option("input", o->inputs,
+                       "File of light layers, a sequence (shot.####.exr), a look (.json), or "
+                       "several files of one AOV each (as mix takes them)");
     command.add_option("--preset", o->preset, "Look to start with (JSON)");
     command.add_option("--frame", o->frame, "Frame at which keys are read (default: the file's)");
     command.add_option("--input-space", o->input_space,

@@ -2,6 +2,7 @@
 #include "compositor/window/desktop.h"
 
 #include "base/hash.h"
+#include "compositor/input_files.h"
 #include "compositor/window/folder_list.h"
 #include "compositor/window/menu_bar.h"
 #include "compositor/window/mixer_panel.h"
@@ -16,8 +17,10 @@ namespace velatura::compositor::window {
 
 namespace {
 
-Result<std::shared_ptr<const Levels>> load(const std::string& path, const std::string& view) {
-    auto stack = LayerStack::load(path, ForeignFiles::Plain, view);
+Result<std::shared_ptr<const Levels>> load(const std::vector<std::string>& paths,
+                                           const std::string& view) {
+    auto stack = paths.size() == 1 ? LayerStack::load(paths[0], ForeignFiles::Plain, view)
+                                   : load_input(paths, view);
     if (!stack) return stack.error();
     auto levels = Levels::make(std::make_shared<const LayerStack>(std::move(*stack)));
     if (!levels) return levels.error();
@@ -82,29 +85,36 @@ Desktop::Desktop(const GlfwWindow& window, std::optional<double> frame)
 
 void Desktop::open(const std::string& path) {
     if (path.ends_with(".json")) return session_.load_preset(path);
-    loading_.replace([path = file_to_open(path, frame_), view = stereo_,
-                      has_file = session_.has_file()]() -> Result<Loaded> {
-        return load_file(path, view, has_file);
-    });
+    loading_.replace(loader(path));
     session_.tell("loading " + path);
+}
+
+void Desktop::open_together(std::vector<std::string> paths) {
+    together_ = std::move(paths);
+    open(together_[0]);
 }
 
 void Desktop::open_compared(const std::string& path) {
-    comparing_.replace([path = file_to_open(path, frame_), view = stereo_,
-                        has_file = session_.has_file()]() -> Result<Loaded> {
-        return load_file(path, view, has_file);
-    });
+    comparing_.replace(loader(path));
     session_.tell("loading " + path);
 }
 
-Result<Desktop::Loaded> Desktop::load_file(const std::string& path,
-                                           const std::string& view,
-                                           bool is_lenient) {
-    auto levels = load(path, view);
+Jobs<Desktop::Loaded>::Work Desktop::loader(const std::string& path) const {
+    std::vector<std::string> paths = {file_to_open(path, frame_)};
+    if (!together_.empty() && path == together_[0]) paths = together_;
+    return [paths = std::move(paths), view = stereo_, has_file = session_.has_file()] {
+        return load_files(paths, view, has_file);
+    };
+}
+
+Result<Desktop::Loaded> Desktop::load_files(const std::vector<std::string>& paths,
+                                            const std::string& view,
+                                            bool is_lenient) {
+    auto levels = load(paths, view);
     // A view that was chosen for one file is that of others as far as they have it
-    if (!levels && is_lenient && levels.error().code == "unknown-view") levels = load(path, "");
+    if (!levels && is_lenient && levels.error().code == "unknown-view") levels = load(paths, "");
     if (!levels) return levels.error();
-    return Loaded{path, std::move(*levels)};
+    return Loaded{paths[0], std::move(*levels)};
 }
 
 void Desktop::press(const KeyPress& key, bool is_repeat) {

@@ -11,6 +11,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace velatura::compositor::window {
 
@@ -22,6 +23,9 @@ class Desktop {
 
     /// Layers, which are loaded in the background, or a preset (.json).
     void open(const std::string& path);
+
+    /// One AOV in each (input_files.h), by the name of the first, which opens all of them again.
+    void open_together(std::vector<std::string> paths);
 
     /// Of the file's numbers; empty: what the file says.
     void set_input_space(const std::string& space) { session_.set_input_space(space); }
@@ -60,9 +64,10 @@ class Desktop {
     };
 
     void take_up();
-    static Result<Loaded> load_file(const std::string& path,
-                                    const std::string& view,
-                                    bool is_lenient);
+    static Result<Loaded> load_files(const std::vector<std::string>& paths,
+                                     const std::string& view,
+                                     bool is_lenient);
+    Jobs<Loaded>::Work loader(const std::string& path) const;
     void open_compared(const std::string& path);
     void take_loaded();
     void take_compared();
@@ -73,6 +78,7 @@ class Desktop {
 
     std::optional<double> frame_;
     std::string stereo_;
+    std::vector<std::string> together_;
     Session session_;
     Textures textures_;
     Drawing drawing_;

@@ -25,7 +25,8 @@ namespace {
 enum ExitCode { done = 0, failed = 1, usage = 2 };
 
 struct Options {
-    std::string input, preset, script, input_space, stereo;
+    std::vector<std::string> inputs;
+    std::string preset, script, input_space, stereo;
     std::optional<double> frame;
     int width = 1600, height = 960;
     bool prints_times = false;
@@ -91,8 +92,9 @@ bool is_preset(const std::string& path) {
 }
 
 int run(const Options& o) {
-    if (is_preset(o.input) && !o.preset.empty())
-        return report({"bad-arguments", "--preset and " + o.input + " are two presets"});
+    const std::string input = o.inputs.empty() ? "" : o.inputs[0];
+    if (is_preset(input) && !o.preset.empty())
+        return report({"bad-arguments", "--preset and " + input + " are two presets"});
     auto player = player_of(o.script);
     if (!player) return report(player.error());
     auto window = GlfwWindow::open(o.width, o.height);
@@ -102,13 +104,16 @@ int run(const Options& o) {
     desktop.set_stereo(o.stereo);
     if (o.frame && !std::isfinite(*o.frame))
         return report({"bad-arguments", "--frame is no number"});
-    for (const std::string& path : {o.preset, is_preset(o.input) ? o.input : std::string()}) {
+    for (const std::string& path : {o.preset, is_preset(input) ? input : std::string()}) {
         if (path.empty()) continue;
         desktop.load_preset(path);
         const Message& said = desktop.session().message();
         if (said.is_error) return report({"bad-preset", said.text});
     }
-    if (!o.input.empty() && !is_preset(o.input)) desktop.open(o.input);
+    if (o.inputs.size() > 1)
+        desktop.open_together(o.inputs);
+    else if (!input.empty() && !is_preset(input))
+        desktop.open(input);
 
     Times times;
     const auto is_over = [&] {
@@ -149,8 +154,9 @@ int run(const Options& o) {
 int run_command(int argc, char** argv) {
     CommandLine app("The light mixer of Velatura: docs/reference/window.md.", "velatura-comp-ui");
     Options o;
-    app.add_option("input", o.input,
-                   "File of light layers, a sequence (shot.####.exr), or a look (.json)");
+    app.add_option("input", o.inputs,
+                   "File of light layers, a sequence (shot.####.exr), a look (.json), or several "
+                   "files of one AOV each");
     app.add_option("--preset", o.preset, "Look to start with (JSON)");
     app.add_option("--frame", o.frame, "Frame at which keys are read (default: the file's)");
     app.add_option("--input-space", o.input_space,

@@ -41,7 +41,7 @@ TEST(Typing, EveryNumberOptionRefusesWhatMakesNoSense) {
         unbounded.insert(command + " --frame");
     }
     const std::set<std::string> tried = expect_numbers_checked(program.line, below_zero, unbounded);
-    for (const char* name : {"mix --memory", "noise --exposure", "plan --spp", "ui --size",
+    for (const char* name : {"mix --memory", "noise --exposure", "request --spp", "ui --size",
                              "diff --threshold", "view --columns", "bake --spp"})
         EXPECT_TRUE(tried.contains(name)) << name;
 }

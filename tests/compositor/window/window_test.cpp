@@ -589,6 +589,38 @@ TEST_F(WindowTest, TheOtherEyeIsInTheMenu) {
     }
 }
 
+TEST_F(WindowTest, FilesOfOneAovEachAreRowsOfOneMix) {
+    std::string paths;
+    for (const auto& [name, value] : {std::pair{"key", 0.1f}, {"fill", 0.3f}}) {
+        image::Image image;
+        image.data = image.display = {0, 0, 64, 36};
+        image::Part& part = image.parts.emplace_back();
+        for (const char* c : {"R", "G", "B"}) {
+            image::Channel& channel = part.channels.emplace_back();
+            channel.name = c;
+            channel.data = std::vector<float>(image.data.pixel_count(), value);
+        }
+        const std::string path = file(std::string("aov_") + name + ".exr");
+        ASSERT_TRUE(image::write_exr(path, image).has_value());
+        paths += path + " ";
+    }
+    const Outcome played =
+        play(paths + " --size 1280 800",
+             "wait\nkey 1\nwait\nclick \"mute key\"\nwait\nscreenshot " + file("aov_seen.png") +
+                 " picture\nkey f5\nwait\nscreenshot " + file("aov_again.png") + " picture\n");
+    ASSERT_EQ(played.code, 0) << played.output;
+    ASSERT_EQ(
+        run("env OCIO= " + bin + "/velatura-comp mix " + paths + "--mute key -o " + file("aov.png"))
+            .code,
+        0);
+    expect_same_picture(file("aov_seen.png"), file("aov.png"));
+    expect_same_picture(file("aov_again.png"), file("aov.png"));
+    // A script would read the first of them alone
+    const Outcome exported = run(bin + "/velatura-comp export nuke " + paths);
+    EXPECT_EQ(exported.code, 2);
+    EXPECT_NE(exported.output.find("--with-layers"), std::string::npos) << exported.output;
+}
+
 #ifdef VELATURA_HAVE_WINDOW
 TEST(Ui, WithoutAScreenSaysSo) {
     const Outcome ui =
