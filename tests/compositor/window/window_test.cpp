@@ -2,6 +2,7 @@
 // The window itself, on a screen without a monitor, moved by mouse and keys.
 #include "base/atomic_file.h"
 #include "compositor/outcome.h"
+#include "compositor/random_exr.h"
 #include "compositor/window/look_rows.h"
 #include "image/exr.h"
 #include "image/formats.h"
@@ -11,7 +12,11 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <string>
 
 namespace velatura::compositor::window {
 namespace {
@@ -620,6 +625,39 @@ TEST_F(WindowTest, FilesOfOneAovEachAreRowsOfOneMix) {
     EXPECT_EQ(exported.code, 2);
     EXPECT_NE(exported.output.find("--with-layers"), std::string::npos) << exported.output;
 }
+
+/// Drops file after file into one window, with a stop on each page and view.
+void expect_all_open(const std::function<Outcome(const std::string&, const std::string&)>& play,
+                     const std::string& first,
+                     uint64_t seed,
+                     uint64_t end) {
+    const std::string folder = file("random");
+    fs::remove_all(folder);
+    fs::create_directories(folder);
+    std::string script = "wait\n";
+    for (; seed < end; ++seed) {
+        const std::string path = fmt::format("{}/{}.exr", folder, seed);
+        write_random_exr(seed, path);
+        script += "drop " + path + "\nwait\nhover picture\nkey .\nkey right\nwait\n";
+    }
+    const Outcome played = play(first, script);
+    EXPECT_EQ(played.code, 0) << played.output;
+    fs::remove_all(folder);
+}
+
+TEST_F(WindowTest, OpensRandomFiles) {
+    expect_all_open([&](const auto& a, const auto& s) { return play(a, s); }, layers_, 1, 21);
+}
+
+/// The others, a hundred at a time.
+class RandomWindowTest : public WindowTest, public testing::WithParamInterface<uint64_t> {};
+
+TEST_P(RandomWindowTest, OpensAHundredRandomFiles) {
+    expect_all_open([&](const auto& a, const auto& s) { return play(a, s); }, layers_, GetParam(),
+                    GetParam() + 99);
+}
+
+INSTANTIATE_TEST_SUITE_P(TwoThousand, RandomWindowTest, testing::Range<uint64_t>(21, 2001, 99));
 
 #ifdef VELATURA_HAVE_WINDOW
 TEST(Ui, WithoutAScreenSaysSo) {
