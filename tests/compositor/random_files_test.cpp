@@ -142,7 +142,7 @@ void expect_all_carried(const RandomExr& file, const image::Image& mixed) {
     }
 }
 
-constexpr size_t most_of_a_sheet = 100;
+constexpr size_t most_of_a_sheet = 30;
 
 void try_file(uint64_t seed) {
     const std::string path = path_of("file.exr"), output = path_of("mix.exr");
@@ -202,7 +202,7 @@ void try_file(uint64_t seed) {
         for (size_t n = 0; has_light && n < stack->notes().size(); ++n)
             EXPECT_NE(script.err.find(stack->notes()[n]), std::string::npos) << stack->notes()[n];
     }
-    // Sheets of hundreds of layers are large
+    // Sheets of many layers take seconds
     size_t channels = 0;
     for (const RandomExr::Part& part : file.parts) channels += part.channels.size();
     if (channels > most_of_a_sheet) return;
