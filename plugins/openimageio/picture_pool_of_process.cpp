@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "plugins/openimageio/apart/picture_pool.h"
 #include "plugins/openimageio/pictures_of_process.h"
+#include "plugins/openimageio/sandbox/decoder_pool.h"
 
 #include <dlfcn.h>
 
@@ -15,14 +15,14 @@ std::string program_of_plugin() {
     Dl_info object = {};
     if (::dladdr(reinterpret_cast<const void*>(&program_of_plugin), &object) == 0 ||
         object.dli_fname == nullptr)
-        return VELATURA_PICTURES_PROGRAM;
-    return (std::filesystem::path(object.dli_fname).parent_path() / VELATURA_PICTURES_PROGRAM)
+        return VELATURA_DECODER_PROGRAM;
+    return (std::filesystem::path(object.dli_fname).parent_path() / VELATURA_DECODER_PROGRAM)
         .string();
 }
 
-PicturePool& pool_of_process() {
+DecoderPool& pool_of_process() {
     // Never destroyed: threads may read until the process ends, and the other processes see that
-    static PicturePool& pool = *new PicturePool({.program = program_of_plugin()});
+    static DecoderPool& pool = *new DecoderPool({.program = program_of_plugin()});
     return pool;
 }
 

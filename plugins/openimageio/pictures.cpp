@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "plugins/openimageio/pictures.h"
 
-#include "plugins/openimageio/apart/messages.h"
 #include "plugins/openimageio/one_line.h"
 #include "plugins/openimageio/pictures_of_process.h"
+#include "plugins/openimageio/sandbox/messages.h"
 
 #include <OpenImageIO/imageio.h>
 

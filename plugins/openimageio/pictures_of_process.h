@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/limits.h"
-#include "plugins/openimageio/apart/picture_source.h"
+#include "plugins/openimageio/sandbox/picture_source.h"
 
 namespace velatura::plugins::openimageio {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "plugins/openimageio/texture_input.h"
 
-#include "plugins/openimageio/apart/messages.h"
+#include "plugins/openimageio/sandbox/messages.h"
 
 #include <fmt/format.h>
 

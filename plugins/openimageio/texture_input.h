@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/result.h"
-#include "plugins/openimageio/apart/picture_source.h"
+#include "plugins/openimageio/sandbox/picture_source.h"
 
 #include <OpenImageIO/imageio.h>
 

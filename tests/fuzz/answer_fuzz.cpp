@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fuzz_targets.h"
-#include "plugins/openimageio/apart/messages.h"
+#include "plugins/openimageio/sandbox/messages.h"
 
 #include <cstdlib>
 

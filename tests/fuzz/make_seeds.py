@@ -99,7 +99,7 @@ def textures():
 
 
 def answers():
-    """Of a process that reads pictures (plugins/openimageio/apart/messages.h): two levels and five texts, and a refusal."""
+    """Of a decoder process (plugins/openimageio/sandbox/messages.h): two levels and five texts, and a refusal."""
     text = lambda t: struct.pack("<I", len(t)) + t
     level = lambda side: struct.pack("<13i", -1, 2, side, side, 0, 0, side, side, 16, 16, 4, 2, 1)
     spec = struct.pack("<I", 2) + level(64) + level(32) + b"".join(map(text, (b"sRGB", b"periodic,clamp", b"", b"mirror", b"Plain Texture"))) + struct.pack("<i", 8)

@@ -44,7 +44,7 @@ READERS = {
     "tally": ["src/study/tally_file"],
     "ies": ["src/translate/lights/ies_file"],
     "gltf": ["src/import/gltf"],
-    "answer": ["plugins/openimageio/apart/messages"],
+    "answer": ["plugins/openimageio/sandbox/messages"],
 }
 
 

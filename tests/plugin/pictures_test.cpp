@@ -163,7 +163,7 @@ TEST_F(PicturePlugin, IsNamedWhereItIsMissing) {
 TEST_F(PicturePlugin, SaysThatItsProgramIsMissing) {
     fs::create_directories(w.path("cut"));
     fs::copy(fs::path(VELATURA_BUILT_PLUGINS) / "openimageio", w.path("cut/openimageio"));
-    fs::remove(w.path("cut/openimageio/velatura-pictures"));
+    fs::remove(w.path("cut/openimageio/velatura-decoder"));
     ::setenv("VELATURA_PLUGIN_PATH", w.path("cut").c_str(), 1);
     const CommandResult texture = w.velatura(std::string("render textured.usda -o x.exr") + quick);
     const CommandResult map = w.velatura(std::string("render mapped.usda -o y.exr") + quick);
@@ -171,8 +171,8 @@ TEST_F(PicturePlugin, SaysThatItsProgramIsMissing) {
         w.velatura(std::string("render textured.usda --missing-assets ignore -o x.exr") + quick);
     ::unsetenv("VELATURA_PLUGIN_PATH");
     const std::string why =
-        fmt::format("the program {}, which reads pictures, is missing: No such file or directory",
-                    w.path("cut/openimageio/velatura-pictures"));
+        fmt::format("the decoder program {} is missing: No such file or directory",
+                    w.path("cut/openimageio/velatura-decoder"));
     EXPECT_NE(texture.output.find("cannot read texture 'picture.exr': " + why), std::string::npos)
         << texture.output;
     EXPECT_NE(map.output.find("light emits without its texture"), std::string::npos) << map.output;
@@ -184,11 +184,11 @@ TEST_F(PicturePlugin, SaysThatItsProgramIsMissing) {
     EXPECT_TRUE(w.exists("x.exr") && w.exists("y.exr"));
 }
 
-/// With a program that does to itself what broken decoders do (apart/double_pictures.h).
+/// With a program that does to itself what broken decoders do (sandbox/double_pictures.h).
 TEST_F(PicturePlugin, ACrashOfADecoderCostsItsTextureOnly) {
     fs::create_directories(w.path("double"));
     fs::copy(fs::path(VELATURA_BUILT_PLUGINS) / "openimageio", w.path("double/openimageio"));
-    fs::copy_file(VELATURA_DOUBLE_PROGRAM, w.path("double/openimageio/velatura-pictures"),
+    fs::copy_file(VELATURA_DOUBLE_PROGRAM, w.path("double/openimageio/velatura-decoder"),
                   fs::copy_options::overwrite_existing);
     std::string scene = "#usda 1.0\ndef DomeLight \"sky\"\n{\n}\n";
     int place = 0;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a reader may answer: anything.
-#include "plugins/openimageio/apart/messages.h"
+// What a decoder may answer: anything.
+#include "plugins/openimageio/sandbox/messages.h"
 
 #include "base/hash.h"
-#include "plugins/openimageio/apart/shared_area.h"
+#include "plugins/openimageio/sandbox/shared_memory.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -29,11 +29,11 @@ std::string judged(const Reply& reply, const PayloadSize& size = {600, 600}) {
 TEST(Reply, IsTheAnswerToItsRequestAndOfTheLengthAskedFor) {
     EXPECT_EQ(judged({.serial = 77, .bytes = 600}), "600");
     EXPECT_EQ(judged({.serial = 77, .bytes = 5}, {0, 1000}), "5");
-    EXPECT_EQ(judged({.serial = 76, .bytes = 600}), "reader-answer: it answers another question");
+    EXPECT_EQ(judged({.serial = 76, .bytes = 600}), "reader-answer: it answers another request");
     EXPECT_EQ(judged({.serial = 77, .bytes = 599}),
-              "reader-answer: it has more or less than was asked for");
+              "reader-answer: it has another size than requested");
     EXPECT_EQ(judged({.serial = 77, .bytes = 601}),
-              "reader-answer: it has more or less than was asked for");
+              "reader-answer: it has another size than requested");
     EXPECT_EQ(judged({.serial = 77, .bytes = 1001}, {0, size_t(-1)}),
               "reader-answer: it is longer than the area");
     EXPECT_EQ(judged({.serial = 77, .bytes = uint64_t(-1)}, {0, size_t(-1)}),
@@ -99,12 +99,12 @@ TEST(Spec, MutantsAreSpecsOrRefused) {
 }
 
 /// A page that is gone would end the process that looks at it.
-TEST(SharedArea, IsNeverShortened) {
-    Result<SharedArea> mine = SharedArea::create();
+TEST(SharedMemory, IsNeverShortened) {
+    Result<SharedMemory> mine = SharedMemory::create();
     ASSERT_TRUE(mine);
     ASSERT_TRUE(mine->reserve(10000));
     EXPECT_LT(::ftruncate(mine->descriptor(), 0), 0);
-    SharedArea other{FileDescriptor(::dup(mine->descriptor()))};
+    SharedMemory other{FileDescriptor(::dup(mine->descriptor()))};
     EXPECT_FALSE(other.map(20000));
     ASSERT_TRUE(other.map(10000));
     other.bytes()[9999] = 'x';

@@ -2,7 +2,7 @@
 #include "double_pictures.h"
 
 #include "base/hash.h"
-#include "plugins/openimageio/apart/messages.h"
+#include "plugins/openimageio/sandbox/messages.h"
 
 #include <fcntl.h>
 #include <sys/resource.h>
@@ -34,7 +34,7 @@ void answer_nonsense() {
     for (int fd = 3; fd < 64; ++fd) (void)::send(fd, &nonsense, sizeof nonsense, MSG_NOSIGNAL);
 }
 
-/// Ends the process where the system lets it do what readers must not.
+/// Ends the process where the system lets it do what decoders must not.
 void expect_refused(bool is_refused) {
     if (!is_refused || errno != EPERM) std::abort();
 }
@@ -64,7 +64,7 @@ void do_to_oneself(std::string_view what) {
     if (what == "exit") ::_exit(7);
     if (what == "stop") std::raise(SIGSTOP);
     if (what == "memory") take_all_memory();
-    if (what == "throw") throw std::runtime_error("thrown\x1b[31m by a reader");
+    if (what == "throw") throw std::runtime_error("thrown\x1b[31m by a decoder");
     if (what == "poison") is_poisoned = true;
     if (what == "liar") answer_nonsense();
     try_what_is_forbidden(what);

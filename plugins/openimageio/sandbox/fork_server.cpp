@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "plugins/openimageio/apart/starter.h"
+#include "plugins/openimageio/sandbox/fork_server.h"
 
 #include "base/process_limits.h"
-#include "plugins/openimageio/apart/commands.h"
-#include "plugins/openimageio/apart/messages.h"
-#include "plugins/openimageio/apart/reader.h"
-#include "plugins/openimageio/apart/system_calls.h"
+#include "plugins/openimageio/sandbox/commands.h"
+#include "plugins/openimageio/sandbox/messages.h"
+#include "plugins/openimageio/sandbox/request_loop.h"
+#include "plugins/openimageio/sandbox/seccomp_filter.h"
 
 #include <fcntl.h>
 #include <malloc.h>
@@ -43,29 +43,29 @@ void give_up_rights(uint64_t address_bytes_more) {
     ::mallopt(M_ARENA_MAX, 2);
     if (limits_addresses) set_limit(RLIMIT_AS, address_bytes() + address_bytes_more);
     std::set_new_handler([] { ::_exit(out_of_memory_exit_code); });
-    forbid_system_calls();
+    install_seccomp_filter();
 }
 
-[[noreturn]] void become_reader(PictureSource& source,
-                                pid_t starter,
-                                ReceivedCommand received,
-                                FileDescriptor control) {
+[[noreturn]] void become_decoder(PictureSource& source,
+                                 pid_t fork_server,
+                                 ReceivedCommand received,
+                                 FileDescriptor control) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     // It may have ended before that
-    if (::getppid() != starter) ::_exit(0);
+    if (::getppid() != fork_server) ::_exit(0);
     control = FileDescriptor();
     give_up_rights(received.command.address_bytes);
-    answer_requests(source, received.reader_socket, std::move(received.area));
+    answer_requests(source, received.decoder_socket, std::move(received.area));
     ::_exit(0);
 }
 
-class Starter {
+class ForkServer {
   public:
-    Starter(PictureSource& source, FileDescriptor control)
+    ForkServer(PictureSource& source, FileDescriptor control)
         : source_(source), control_(std::move(control)), self_(::getpid()) {}
 
     void run() {
-        // That of the renderer may be a limit on its own memory; readers have theirs
+        // That of the renderer may be a limit on its own memory; decoders have theirs
         set_limit(RLIMIT_DATA, RLIM_INFINITY);
         reply({});
         while (std::optional<ReceivedCommand> received = receive_command(control_)) {
@@ -75,7 +75,7 @@ class Starter {
             else
                 end(received->command.process);
         }
-        for (const auto& [process, status] : readers_)
+        for (const auto& [process, status] : decoders_)
             if (!status) ::kill(process, SIGKILL);
     }
 
@@ -85,22 +85,22 @@ class Starter {
         (void)::send(control_.get(), &said, sizeof said, MSG_NOSIGNAL);
     }
 
-    /// What it received is the reader's alone when this returns.
-    pid_t fork_reader(ReceivedCommand received) {
+    /// What it received is the decoder's alone when this returns.
+    pid_t fork_decoder(ReceivedCommand received) {
         const pid_t process = ::fork();
-        if (process == 0) become_reader(source_, self_, std::move(received), std::move(control_));
+        if (process == 0) become_decoder(source_, self_, std::move(received), std::move(control_));
         return process;
     }
 
     void start(ReceivedCommand received) {
-        const pid_t process = fork_reader(std::move(received));
-        if (process > 0) readers_.emplace(process, std::nullopt);
+        const pid_t process = fork_decoder(std::move(received));
+        if (process > 0) decoders_.emplace(process, std::nullopt);
         reply({.process = process});
     }
 
     void end(pid_t process) {
-        const auto found = readers_.find(process);
-        if (found == readers_.end()) return reply({});
+        const auto found = decoders_.find(process);
+        if (found == decoders_.end()) return reply({});
         // Until it is waited for, its number is nobody else's
         if (!found->second) ::kill(process, SIGKILL);
         // One that waits for a file server does not end when told to; it is noted later
@@ -111,7 +111,7 @@ class Starter {
         }
         if (!found->second) return reply({});
         reply({.process = process, .status = *found->second});
-        readers_.erase(found);
+        decoders_.erase(found);
     }
 
     /// Waits for all that have ended.
@@ -119,15 +119,15 @@ class Starter {
         int status = 0;
         pid_t process = 0;
         while ((process = ::waitpid(-1, &status, WNOHANG)) > 0) {
-            const auto found = readers_.find(process);
-            if (found != readers_.end()) found->second = status;
+            const auto found = decoders_.find(process);
+            if (found != decoders_.end()) found->second = status;
         }
     }
 
     PictureSource& source_;
     FileDescriptor control_;
     pid_t self_;
-    std::map<pid_t, std::optional<int>> readers_;  // and how they ended
+    std::map<pid_t, std::optional<int>> decoders_;  // and how they ended
 };
 
 bool is_socket(int descriptor) {
@@ -138,12 +138,12 @@ bool is_socket(int descriptor) {
 
 }  // namespace
 
-int run_starter(PictureSource& source) {
+int run_fork_server(PictureSource& source) {
     if (!is_socket(control_descriptor)) {
-        (void)std::fputs("This program is started by velatura, to read pictures in.\n", stderr);
+        (void)std::fputs("This program is started by velatura, to decode images.\n", stderr);
         return 2;
     }
-    Starter(source, FileDescriptor(control_descriptor)).run();
+    ForkServer(source, FileDescriptor(control_descriptor)).run();
     return 0;
 }
 

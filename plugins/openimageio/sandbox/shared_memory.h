@@ -14,19 +14,19 @@ namespace velatura::plugins::openimageio {
 /// Memory that two processes see. Its owner makes it and lets it grow; the other one maps what
 /// there is. It never shrinks (sealed), so that what is mapped stays readable whatever the other
 /// does.
-class SharedArea {
+class SharedMemory {
   public:
     /// Empty, and closed in programs that are started. Errors: "shared-memory".
-    static Result<SharedArea> create();
+    static Result<SharedMemory> create();
 
     /// Somebody else's.
-    explicit SharedArea(FileDescriptor file) : file_(std::move(file)) {}
+    explicit SharedMemory(FileDescriptor file) : file_(std::move(file)) {}
 
-    SharedArea(SharedArea&& o) noexcept
+    SharedMemory(SharedMemory&& o) noexcept
         : file_(std::move(o.file_)), bytes_(std::exchange(o.bytes_, {})), backed_(o.backed_) {}
 
-    SharedArea& operator=(SharedArea&&) = delete;
-    ~SharedArea();
+    SharedMemory& operator=(SharedMemory&&) = delete;
+    ~SharedMemory();
 
     int descriptor() const { return file_.get(); }
 

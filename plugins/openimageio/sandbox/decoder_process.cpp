@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "plugins/openimageio/apart/reader_process.h"
+#include "plugins/openimageio/sandbox/decoder_process.h"
 
-#include "plugins/openimageio/apart/patience.h"
-#include "plugins/openimageio/apart/reader.h"
+#include "plugins/openimageio/sandbox/request_loop.h"
+#include "plugins/openimageio/sandbox/timeout.h"
 
 #include <fmt/format.h>
 #include <sys/socket.h>
@@ -26,41 +26,43 @@ constexpr size_t most_area_bytes = size_t(1) << 30;
 
 }  // namespace
 
-ReaderProcess::ReaderProcess(std::shared_ptr<StarterProcess> starter,
-                             const ReaderLimits& limits,
-                             FileDescriptor socket,
-                             SharedArea area,
-                             pid_t process)
-    : starter_(std::move(starter)),
+DecoderProcess::DecoderProcess(std::shared_ptr<ForkServerProcess> fork_server,
+                               const DecoderProcessLimits& limits,
+                               FileDescriptor socket,
+                               SharedMemory area,
+                               pid_t process)
+    : fork_server_(std::move(fork_server)),
       limits_(limits),
       socket_(std::move(socket)),
       area_(std::move(area)),
       process_(process) {}
 
-Result<std::unique_ptr<ReaderProcess>> ReaderProcess::start(std::shared_ptr<StarterProcess> starter,
-                                                            const ReaderLimits& limits) {
-    Result<SharedArea> area = SharedArea::create();
+Result<std::unique_ptr<DecoderProcess>> DecoderProcess::start(
+    std::shared_ptr<ForkServerProcess> fork_server, const DecoderProcessLimits& limits) {
+    Result<SharedMemory> area = SharedMemory::create();
     if (!area) return area.error();
     if (const Result<void> room = area->reserve(most_spec_bytes); !room) return room.error();
     std::array<int, 2> ends = {};
     if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()) != 0)
-        return Error{"reader-start", fmt::format("no socket: {}", std::strerror(errno))};
+        return Error{"decoder-start", fmt::format("no socket: {}", std::strerror(errno))};
     FileDescriptor socket(ends[0]);
     const FileDescriptor its_end(ends[1]);
     const Result<pid_t> process =
-        starter->start_reader(its_end.get(), area->descriptor(), limits.address_bytes);
+        fork_server->start_decoder(its_end.get(), area->descriptor(), limits.address_bytes);
     if (!process) return process.error();
-    return std::unique_ptr<ReaderProcess>(new ReaderProcess(
-        std::move(starter), limits, std::move(socket), std::move(*area), *process));
+    return std::unique_ptr<DecoderProcess>(new DecoderProcess(
+        std::move(fork_server), limits, std::move(socket), std::move(*area), *process));
 }
 
-ReaderProcess::~ReaderProcess() {
-    if (!has_ended_) (void)starter_->end_reader(process_);
+DecoderProcess::~DecoderProcess() {
+    if (!has_ended_) (void)fork_server_->end_decoder(process_);
 }
 
-Result<size_t> ReaderProcess::ask(Request request, const PayloadSize& size, std::string_view name) {
+Result<size_t> DecoderProcess::ask(Request request,
+                                   const PayloadSize& size,
+                                   std::string_view name) {
     // Whatever ended it, it was not this request
-    if (has_hung_up()) return Error{"reader-lost", how_it_ended().message};
+    if (has_hung_up()) return Error{"decoder-lost", how_it_ended().message};
     if (size.most > most_area_bytes)
         return Error{"image-read", fmt::format("its lines or tiles are of more than {} MB",
                                                most_area_bytes >> 20)};
@@ -76,23 +78,23 @@ Result<size_t> ReaderProcess::ask(Request request, const PayloadSize& size, std:
     return take_answer(request, size);
 }
 
-bool ReaderProcess::has_hung_up() const {
+bool DecoderProcess::has_hung_up() const {
     pollfd end = {.fd = socket_.get(), .events = POLLIN, .revents = 0};
     return ::poll(&end, 1, 0) > 0 && (end.revents & (POLLHUP | POLLERR)) != 0;
 }
 
-Result<size_t> ReaderProcess::take_answer(const Request& request, const PayloadSize& size) {
+Result<size_t> DecoderProcess::take_answer(const Request& request, const PayloadSize& size) {
     const double begin_s = cpu_seconds();
-    Patience patience(limits_.wall_seconds);
-    bool is_lost_in_thought = false;
+    Timeout timeout(limits_.wall_seconds);
+    bool has_exceeded_cpu = false;
     const auto goes_on = [&] {
-        is_lost_in_thought = cpu_seconds() - begin_s > limits_.cpu_seconds;
-        return !is_lost_in_thought;
+        has_exceeded_cpu = cpu_seconds() - begin_s > limits_.cpu_seconds;
+        return !has_exceeded_cpu;
     };
-    if (!wait_to_read(socket_, patience, goes_on)) {
-        const double limit_s = is_lost_in_thought ? limits_.cpu_seconds : limits_.wall_seconds;
+    if (!wait_to_read(socket_, timeout, goes_on)) {
+        const double limit_s = has_exceeded_cpu ? limits_.cpu_seconds : limits_.wall_seconds;
         (void)how_it_ended();
-        return Error{"reader-slow",
+        return Error{"decoder-slow",
                      fmt::format("reading took more than {} s (--limit decode-time)", limit_s)};
     }
     std::array<char, sizeof(Reply) + 1> reply = {};
@@ -100,28 +102,28 @@ Result<size_t> ReaderProcess::take_answer(const Request& request, const PayloadS
     if (length <= 0) return how_it_ended();
     Result<size_t> payload =
         payload_length(request, size, {reply.data(), size_t(length)}, area_.text());
-    if (!payload && payload.error().code == "reader-answer") {
+    if (!payload && payload.error().code == "decoder-answer") {
         (void)how_it_ended();
-        return Error{"reader-answer",
-                     fmt::format("what the process that read it answers makes no sense: {}",
+        return Error{"decoder-answer",
+                     fmt::format("what the decoder process answers makes no sense: {}",
                                  payload.error().message)};
     }
     return payload;
 }
 
-Error ReaderProcess::how_it_ended() {
+Error DecoderProcess::how_it_ended() {
     has_ended_ = true;
-    const std::optional<int> status = starter_->end_reader(process_);
-    if (starter_->is_lost()) return {"reader-lost", "the program that reads pictures is gone"};
-    if (!status) return {"reader-ended", "the process that read it does not end"};
+    const std::optional<int> status = fork_server_->end_decoder(process_);
+    if (fork_server_->is_lost()) return {"decoder-lost", "the decoder program is gone"};
+    if (!status) return {"decoder-ended", "the decoder process does not end"};
     if (WIFSIGNALED(*status))
-        return {"reader-ended", fmt::format("reading ended with signal {}", WTERMSIG(*status))};
+        return {"decoder-ended", fmt::format("reading ended with signal {}", WTERMSIG(*status))};
     if (WEXITSTATUS(*status) == out_of_memory_exit_code)
-        return {"reader-ended", "reading ran out of memory"};
-    return {"reader-ended", fmt::format("reading ended with code {}", WEXITSTATUS(*status))};
+        return {"decoder-ended", "reading ran out of memory"};
+    return {"decoder-ended", fmt::format("reading ended with code {}", WEXITSTATUS(*status))};
 }
 
-double ReaderProcess::cpu_seconds() const {
+double DecoderProcess::cpu_seconds() const {
     clockid_t clock = {};
     timespec time = {};
     if (::clock_getcpuclockid(process_, &clock) != 0 || ::clock_gettime(clock, &time) != 0)

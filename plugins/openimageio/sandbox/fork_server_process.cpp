@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "plugins/openimageio/apart/starter_process.h"
+#include "plugins/openimageio/sandbox/fork_server_process.h"
 
-#include "plugins/openimageio/apart/commands.h"
-#include "plugins/openimageio/apart/messages.h"
-#include "plugins/openimageio/apart/patience.h"
+#include "plugins/openimageio/sandbox/commands.h"
+#include "plugins/openimageio/sandbox/messages.h"
+#include "plugins/openimageio/sandbox/timeout.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -23,15 +23,14 @@ namespace velatura::plugins::openimageio {
 namespace {
 
 /// To load its libraries from a slow disk; its other answers take milliseconds.
-constexpr double most_answer_seconds = 120;
+constexpr double max_answer_seconds = 120;
 
 Error not_started(const std::string& program, const std::string& why) {
-    return {
-        "reader-start",
-        fmt::format("the program {}, which reads pictures, cannot be started: {}", program, why)};
+    return {"reader-start",
+            fmt::format("the decoder program {} cannot be started: {}", program, why)};
 }
 
-/// What the starter has of the renderer: one socket, and a terminal that says nothing.
+/// What the fork server has of the renderer: one socket, and a terminal that says nothing.
 class SpawnSettings {
   public:
     explicit SpawnSettings(int control) {
@@ -93,23 +92,24 @@ Result<pid_t> spawn(const std::string& program, FileDescriptor low_end) {
 
 }  // namespace
 
-StarterProcess::StarterProcess(pid_t process, FileDescriptor control)
+ForkServerProcess::ForkServerProcess(pid_t process, FileDescriptor control)
     : process_(process), control_(std::move(control)) {}
 
-Result<std::shared_ptr<StarterProcess>> StarterProcess::start(const std::string& program) {
+Result<std::shared_ptr<ForkServerProcess>> ForkServerProcess::start(const std::string& program) {
     std::array<int, 2> ends = {};
     if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()) != 0)
         return not_started(program, std::strerror(errno));
     FileDescriptor control(ends[0]);
     const Result<pid_t> process = spawn(program, FileDescriptor(ends[1]));
     if (!process) return process.error();
-    const std::shared_ptr<StarterProcess> starter(new StarterProcess(*process, std::move(control)));
-    if (!starter->next_answer())
+    const std::shared_ptr<ForkServerProcess> fork_server(
+        new ForkServerProcess(*process, std::move(control)));
+    if (!fork_server->next_answer())
         return not_started(program, "it says nothing, or is of another version");
-    return starter;
+    return fork_server;
 }
 
-StarterProcess::~StarterProcess() {
+ForkServerProcess::~ForkServerProcess() {
     control_ = FileDescriptor();
     // It ends by itself, unless somebody has stopped it
     const timespec pause = {.tv_sec = 0, .tv_nsec = 1'000'000};
@@ -121,10 +121,10 @@ StarterProcess::~StarterProcess() {
     ::waitpid(process_, nullptr, 0);
 }
 
-std::optional<StarterProcess::Answer> StarterProcess::next_answer() {
+std::optional<ForkServerProcess::Answer> ForkServerProcess::next_answer() {
     CommandReply said;
-    Patience patience(most_answer_seconds);
-    const bool is_said = wait_to_read(control_, patience) &&
+    Timeout timeout(max_answer_seconds);
+    const bool is_said = wait_to_read(control_, timeout) &&
                          ::recv(control_.get(), &said, sizeof said, 0) == ssize_t(sizeof said) &&
                          said.version == protocol_version;
     // What it says after that would answer another question
@@ -135,17 +135,17 @@ std::optional<StarterProcess::Answer> StarterProcess::next_answer() {
     return Answer{said.process, said.status};
 }
 
-Result<pid_t> StarterProcess::start_reader(int socket, int area, uint64_t address_bytes) {
+Result<pid_t> ForkServerProcess::start_decoder(int socket, int area, uint64_t address_bytes) {
     const std::lock_guard lock(mutex_);
     const Command command = {.kind = CommandKind::Start, .address_bytes = address_bytes};
     if (is_lost_ || !send_command(control_, command, socket, area)) is_lost_ = true;
     const std::optional<Answer> answer = is_lost_ ? std::nullopt : next_answer();
     if (answer && answer->process > 0) return answer->process;
-    return Error{"reader-start", answer ? "the system starts no further process"
-                                        : "the program that reads pictures is gone"};
+    return Error{"reader-start",
+                 answer ? "the system starts no further process" : "the decoder program is gone"};
 }
 
-std::optional<int> StarterProcess::end_reader(pid_t process) {
+std::optional<int> ForkServerProcess::end_decoder(pid_t process) {
     const std::lock_guard lock(mutex_);
     const Command command = {.kind = CommandKind::End, .process = process};
     if (is_lost_ || !send_command(control_, command)) is_lost_ = true;
@@ -154,7 +154,7 @@ std::optional<int> StarterProcess::end_reader(pid_t process) {
     return answer->status;
 }
 
-bool StarterProcess::is_lost() const {
+bool ForkServerProcess::is_lost() const {
     const std::lock_guard lock(mutex_);
     return is_lost_;
 }

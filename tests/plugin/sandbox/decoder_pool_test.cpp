@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures that other processes read: what a reader does to itself costs its picture and nothing
+// Images that decoder processes read: what a decoder does to itself costs its picture and nothing
 // else.
+#include "plugins/openimageio/sandbox/decoder_pool.h"
+
 #include "base/process_limits.h"
 #include "double_pictures.h"
-#include "plugins/openimageio/apart/picture_pool.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -33,8 +34,8 @@ using Picture = std::unique_ptr<SourcePicture>;
 constexpr int width = DoublePictures::width, height = DoublePictures::height,
               channels = DoublePictures::channels;
 
-PoolOptions options(size_t readers = 1, ReaderLimits limits = {}) {
-    return {.program = VELATURA_DOUBLE_PROGRAM, .most_readers = readers, .limits = limits};
+PoolOptions options(size_t decoders = 1, DecoderProcessLimits limits = {}) {
+    return {.program = VELATURA_DOUBLE_PROGRAM, .max_decoders = decoders, .limits = limits};
 }
 
 /// A program that ends at once, or does what it is not asked to.
@@ -44,7 +45,7 @@ PoolOptions other_program(const std::string& program) {
     return other;
 }
 
-Picture open(PicturePool& pool, const std::string& asset) {
+Picture open(DecoderPool& pool, const std::string& asset) {
     Result<Picture> opened = pool.open(asset, PictureUse::Texture);
     EXPECT_TRUE(opened) << asset << ": " << opened.error().message;
     return opened ? std::move(*opened) : nullptr;
@@ -120,8 +121,8 @@ std::set<pid_t> children_of(const std::set<pid_t>& parents) {
     return children;
 }
 
-TEST(PicturePool, BringsWhatItsSourceHas) {
-    PicturePool pool(options());
+TEST(DecoderPool, BringsWhatItsSourceHas) {
+    DecoderPool pool(options());
     const Picture picture = open(pool, "plain");
     ASSERT_TRUE(picture);
     EXPECT_EQ(picture->spec().levels.size(), 2u);
@@ -151,19 +152,19 @@ void take_all_memory(std::vector<std::unique_ptr<char[]>>& taken) {
     }
 }
 
-TEST(PicturePool, ClosesWithoutMemory) {
+TEST(DecoderPool, ClosesWithoutMemory) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
     GTEST_SKIP() << "sanitizers take memory by ways of their own";
 #endif
     EXPECT_EXIT(
         {
-            PicturePool pool(options());
+            DecoderPool pool(options());
             Picture picture = open(pool, "plain");
             std::vector<std::unique_ptr<char[]>> taken;
-            const pid_t reader = pool.processes().back();
+            const pid_t decoder = pool.processes().back();
             take_all_memory(taken);
             // As the kernel would: then there is something to say, and no memory for it
-            kill(reader, SIGKILL);
+            kill(decoder, SIGKILL);
             picture.reset();
             taken.clear();
             _exit(picture ? 1 : 0);
@@ -171,21 +172,21 @@ TEST(PicturePool, ClosesWithoutMemory) {
         ::testing::ExitedWithCode(0), "");
 }
 
-TEST(PicturePool, SaysWhatItsSourceSays) {
-    PicturePool pool(options());
+TEST(DecoderPool, SaysWhatItsSourceSays) {
+    DecoderPool pool(options());
     const Result<Picture> missing = pool.open("missing.png", PictureUse::Texture);
     ASSERT_FALSE(missing);
     EXPECT_EQ(missing.error().message, "there is no missing.png");
     EXPECT_EQ(failure(*open(pool, "refused")), "this one never");
-    EXPECT_EQ(failure(*open(pool, "throw")), "thrown [31m by a reader");
+    EXPECT_EQ(failure(*open(pool, "throw")), "thrown [31m by a decoder");
     EXPECT_FALSE(pool.open(std::string(100000, 'x'), PictureUse::Texture));
     expect_right(*open(pool, "plain"), "plain");
 }
 
-/// By a signal or an exit, while it is opened or read; the other picture of that reader notices
+/// By a signal or an exit, while it is opened or read; the other picture of that decoder notices
 /// nothing.
-TEST(PicturePool, ACrashCostsItsPictureOnly) {
-    PicturePool pool(options());
+TEST(DecoderPool, ACrashCostsItsPictureOnly) {
+    DecoderPool pool(options());
     const Picture other = open(pool, "plain/other");
     for (const auto& [what, why] : {std::pair("segv", fmt::format("signal {}", SIGSEGV)),
                                     std::pair("kill", fmt::format("signal {}", SIGKILL)),
@@ -202,8 +203,8 @@ TEST(PicturePool, ACrashCostsItsPictureOnly) {
     }
 }
 
-TEST(PicturePool, WhatEndedAReaderIsNotTriedAgain) {
-    PicturePool pool(options());
+TEST(DecoderPool, WhatEndedADecoderIsNotTriedAgain) {
+    DecoderPool pool(options());
     const Picture bad = open(pool, "segv"), other = open(pool, "plain");
     const std::string why = failure(*bad);
     expect_right(*other, "plain");
@@ -214,18 +215,18 @@ TEST(PicturePool, WhatEndedAReaderIsNotTriedAgain) {
     EXPECT_EQ(pool.processes(), before);
 }
 
-/// The reader dies of what another picture did to it: the one that was asked for is tried again,
+/// The decoder dies of what another picture did to it: the one that was asked for is tried again,
 /// alone.
-TEST(PicturePool, TheCrashOfANeighbourIsNotOnesOwn) {
-    PicturePool pool(options());
+TEST(DecoderPool, TheCrashOfANeighbourIsNotOnesOwn) {
+    DecoderPool pool(options());
     const Picture poison = open(pool, "poison"), other = open(pool, "plain");
     EXPECT_EQ(failure(*poison), "");
     expect_right(*other, "plain");
     expect_right(*other, "plain", 64, 128);
 }
 
-TEST(PicturePool, AStoppedReaderIsNotWaitedForForEver) {
-    PicturePool pool(options(1, {.wall_seconds = 1}));
+TEST(DecoderPool, AStoppedDecoderIsNotWaitedForForEver) {
+    DecoderPool pool(options(1, {.wall_seconds = 1}));
     const Picture other = open(pool, "plain"), stopped = open(pool, "stop");
     const Clock::time_point begin = Clock::now();
     EXPECT_EQ(failure(*stopped), "reading took more than 1 s (--limit decode-time)");
@@ -233,42 +234,42 @@ TEST(PicturePool, AStoppedReaderIsNotWaitedForForEver) {
     expect_right(*other, "plain");
 }
 
-TEST(PicturePool, AReaderThatComputesForEverIsEnded) {
-    PicturePool pool(options(1, {.cpu_seconds = 0.5}));
+TEST(DecoderPool, ADecoderThatComputesForEverIsEnded) {
+    DecoderPool pool(options(1, {.cpu_seconds = 0.5}));
     const Picture other = open(pool, "plain"), spinning = open(pool, "spin");
     EXPECT_EQ(failure(*spinning), "reading took more than 0.5 s (--limit decode-time)");
     expect_right(*other, "plain");
 }
 
 /// Not for all that it reads in hours.
-TEST(PicturePool, TimeIsCountedForEachRequest) {
-    PicturePool pool(options(1, {.cpu_seconds = 0.6}));
+TEST(DecoderPool, TimeIsCountedForEachRequest) {
+    DecoderPool pool(options(1, {.cpu_seconds = 0.6}));
     const Picture busy = open(pool, "busy");
     const std::vector<pid_t> before = pool.processes();
     for (int i = 0; i < 5; ++i) expect_right(*busy, "busy", i, i + 2);
     EXPECT_EQ(pool.processes(), before);
 }
 
-TEST(PicturePool, AReaderThatTakesAllMemoryIsEnded) {
+TEST(DecoderPool, ADecoderThatTakesAllMemoryIsEnded) {
     if (!limits_addresses) GTEST_SKIP() << "sanitizers need all addresses";
-    PicturePool pool(options(1, {.address_bytes = size_t(512) << 20}));
+    DecoderPool pool(options(1, {.address_bytes = size_t(512) << 20}));
     const Picture other = open(pool, "plain"), greedy = open(pool, "memory");
     EXPECT_EQ(failure(*greedy), "reading ran out of memory");
     expect_right(*other, "plain");
 }
 
-TEST(PicturePool, WhatMakesNoSenseEndsTheReader) {
-    PicturePool pool(options());
+TEST(DecoderPool, WhatMakesNoSenseEndsTheDecoder) {
+    DecoderPool pool(options());
     const Picture other = open(pool, "plain"), liar = open(pool, "liar");
     EXPECT_EQ(failure(*liar),
-              "what the process that read it answers makes no sense: it answers another question");
+              "what the decoder process answers makes no sense: it answers another question");
     expect_right(*other, "plain");
 }
 
-/// Of all memory limits, files and rights a reader has what reading takes.
-TEST(PicturePool, ReadersHaveNoRightsTheyDoNotNeed) {
+/// Of all memory limits, files and rights a decoder has what reading takes.
+TEST(DecoderPool, DecodersHaveNoRightsTheyDoNotNeed) {
     const std::string own_rights = rights_of("self");
-    PicturePool pool(options(1, {.address_bytes = size_t(1) << 30}));
+    DecoderPool pool(options(1, {.address_bytes = size_t(1) << 30}));
     const Picture picture = open(pool, "plain");
     const std::vector<pid_t> processes = pool.processes();
     ASSERT_EQ(processes.size(), 2u);
@@ -285,10 +286,10 @@ TEST(PicturePool, ReadersHaveNoRightsTheyDoNotNeed) {
 }
 
 /// Also those that a library has opened without a thought of programs that are started.
-TEST(PicturePool, ReadersHaveNoFilesOfTheRenderer) {
+TEST(DecoderPool, DecodersHaveNoFilesOfTheRenderer) {
     const FileDescriptor low(::open("/proc/self/status", O_RDONLY)),
         file(::fcntl(low.get(), F_DUPFD, 20));
-    PicturePool pool(options());
+    DecoderPool pool(options());
     const Picture picture = open(pool, "plain");
     std::vector<std::string> found;
     const std::string folder = fmt::format("/proc/{}/fd", pool.processes().at(0));
@@ -301,8 +302,8 @@ TEST(PicturePool, ReadersHaveNoFilesOfTheRenderer) {
 }
 
 /// Nor do they start processes, speak to others, or take limits back.
-TEST(PicturePool, ReadersCanDoNothingButRead) {
-    PicturePool pool(options());
+TEST(DecoderPool, DecodersCanDoNothingButRead) {
+    DecoderPool pool(options());
     const std::string file = "/dev/shm/velatura_double";
     std::filesystem::remove(file);
     const Picture plain = open(pool, "plain");
@@ -319,8 +320,8 @@ TEST(PicturePool, ReadersCanDoNothingButRead) {
 
 /// Who asks a whole group or job to end means the renderer, which may have to read on for what it
 /// writes.
-TEST(PicturePool, SignalsThatAskToEndAreTheRenderersAffair) {
-    PicturePool pool(options());
+TEST(DecoderPool, SignalsThatAskToEndAreTheRenderersAffair) {
+    DecoderPool pool(options());
     const Picture picture = open(pool, "plain");
     const std::vector<pid_t> before = pool.processes();
     for (const pid_t process : before) {
@@ -333,8 +334,8 @@ TEST(PicturePool, SignalsThatAskToEndAreTheRenderersAffair) {
 }
 
 /// By the kernel, say, when memory is short: no picture has done it.
-TEST(PicturePool, AReaderThatIsKilledBetweenReadsIsReplaced) {
-    PicturePool pool(options());
+TEST(DecoderPool, ADecoderThatIsKilledBetweenReadsIsReplaced) {
+    DecoderPool pool(options());
     const Picture picture = open(pool, "plain");
     for (int i = 0; i < 5; ++i) {
         expect_right(*picture, "plain", i, i + 3);
@@ -344,8 +345,8 @@ TEST(PicturePool, AReaderThatIsKilledBetweenReadsIsReplaced) {
     expect_right(*picture, "plain");
 }
 
-TEST(PicturePool, AStarterThatIsKilledIsReplaced) {
-    PicturePool pool(options(2));
+TEST(DecoderPool, AForkServerThatIsKilledIsReplaced) {
+    DecoderPool pool(options(2));
     const Picture picture = open(pool, "plain"), second = open(pool, "plain/2");
     const std::vector<pid_t> before = pool.processes();
     ASSERT_EQ(before.size(), 3u);
@@ -357,8 +358,8 @@ TEST(PicturePool, AStarterThatIsKilledIsReplaced) {
     EXPECT_FALSE(children_of({::getpid()}).contains(before[0])) << "nobody has waited for it";
 }
 
-TEST(PicturePool, AFileThatIsAnotherOneByNowIsRefused) {
-    PicturePool pool(options());
+TEST(DecoderPool, AFileThatIsAnotherOneByNowIsRefused) {
+    DecoderPool pool(options());
     const Picture picture = open(pool, "other");
     EXPECT_EQ(failure(*picture), "");
     ::kill(pool.processes().at(1), SIGKILL);
@@ -366,16 +367,16 @@ TEST(PicturePool, AFileThatIsAnotherOneByNowIsRefused) {
     EXPECT_EQ(failure(*picture), "the file has changed since it was opened");
 }
 
-TEST(PicturePool, HasAtMostAsManyReadersAsItMay) {
-    PicturePool pool(options(3));
+TEST(DecoderPool, HasAtMostAsManyDecodersAsItMay) {
+    DecoderPool pool(options(3));
     std::vector<Picture> pictures;
     for (int i = 0; i < 8; ++i) pictures.push_back(open(pool, fmt::format("plain/{}", i)));
     EXPECT_EQ(pool.processes().size(), 1u + 3u);
     for (int i = 0; i < 8; ++i) expect_right(*pictures[size_t(i)], fmt::format("plain/{}", i));
 }
 
-TEST(PicturePool, ThreadsReadAtTheSameTime) {
-    PicturePool pool(options(4));
+TEST(DecoderPool, ThreadsReadAtTheSameTime) {
+    DecoderPool pool(options(4));
     std::vector<std::thread> threads;
     for (int i = 0; i < 8; ++i)
         threads.emplace_back([&pool, i] {
@@ -388,14 +389,14 @@ TEST(PicturePool, ThreadsReadAtTheSameTime) {
     for (std::thread& thread : threads) thread.join();
 }
 
-TEST(PicturePool, LeavesNothingBehind) {
+TEST(DecoderPool, LeavesNothingBehind) {
     const size_t files = open_files();
     std::set<pid_t> ours;
     {
-        PicturePool pool(options(2));
+        DecoderPool pool(options(2));
         (void)open(pool, "plain");
         const size_t files_of_one = open_files();
-        const pid_t starter = pool.processes().at(0);
+        const pid_t fork_server = pool.processes().at(0);
         for (int i = 0; i < 200; ++i) {
             const Picture picture = open(pool, fmt::format("plain/{}", i));
             expect_right(*picture, fmt::format("plain/{}", i), 0, 2);
@@ -404,7 +405,7 @@ TEST(PicturePool, LeavesNothingBehind) {
         }
         EXPECT_LE(open_files(), files_of_one + 2);
         // With zombies, if there were any
-        EXPECT_LE(children_of({starter}).size(), 2u);
+        EXPECT_LE(children_of({fork_server}).size(), 2u);
         for (const pid_t process : pool.processes()) ours.insert(process);
     }
     EXPECT_EQ(open_files(), files);
@@ -412,12 +413,12 @@ TEST(PicturePool, LeavesNothingBehind) {
     EXPECT_TRUE(children_of({::getpid()}).empty());
 }
 
-TEST(PicturePool, EndsWithARendererThatIsKilled) {
+TEST(DecoderPool, EndsWithARendererThatIsKilled) {
     std::array<int, 2> ends_of_pipe = {};
     ASSERT_EQ(::pipe(ends_of_pipe.data()), 0);
     const pid_t renderer = ::fork();
     if (renderer == 0) {
-        PicturePool pool(options(2));
+        DecoderPool pool(options(2));
         const Picture one = open(pool, "plain"), stopped = open(pool, "stop");
         std::thread([&] { (void)failure(*stopped); }).detach();
         const std::vector<pid_t> processes = pool.processes();
@@ -433,20 +434,20 @@ TEST(PicturePool, EndsWithARendererThatIsKilled) {
     for (const int end : ends_of_pipe) ::close(end);
 }
 
-TEST(PicturePool, WithoutItsProgramItReadsNothing) {
-    PicturePool lone(other_program("/nowhere/velatura-pictures"));
+TEST(DecoderPool, WithoutItsProgramItReadsNothing) {
+    DecoderPool lone(other_program("/nowhere/velatura-decoder"));
     for (int i = 0; i < 2; ++i) {
         const Result<Picture> opened = lone.open("plain", PictureUse::Texture);
         ASSERT_FALSE(opened);
         EXPECT_EQ(opened.error().message,
-                  "the program /nowhere/velatura-pictures, which reads pictures, is missing: No "
-                  "such file or directory");
+                  "the decoder program /nowhere/velatura-decoder is missing: No such file or "
+                  "directory");
     }
-    PicturePool wrong(other_program("/bin/true"));
+    DecoderPool wrong(other_program("/bin/true"));
     EXPECT_EQ(wrong.open("plain", PictureUse::Texture).error().message,
-              "the program /bin/true, which reads pictures, cannot be started: it says nothing, or "
-              "is of another version");
-    PicturePool text(other_program("/etc/hostname"));
+              "the decoder program /bin/true cannot be started: it says nothing, or is of another "
+              "version");
+    DecoderPool text(other_program("/etc/hostname"));
     EXPECT_FALSE(text.open("plain", PictureUse::Texture));
     EXPECT_TRUE(children_of({::getpid()}).empty());
 }

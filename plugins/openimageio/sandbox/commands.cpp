@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "plugins/openimageio/apart/commands.h"
+#include "plugins/openimageio/sandbox/commands.h"
 
 #include <sys/socket.h>
 
@@ -28,7 +28,7 @@ class Envelope {
 
     msghdr* header() { return &header_; }
 
-    void leave_out_files() { header_.msg_controllen = 0; }
+    void omit_files() { header_.msg_controllen = 0; }
 
     void put(const TwoFiles& files) {
         cmsghdr* const control = CMSG_FIRSTHDR(&header_);
@@ -58,14 +58,14 @@ class Envelope {
 
 bool send_command(const FileDescriptor& socket,
                   const Command& command,
-                  int reader_socket,
+                  int decoder_socket,
                   int area) {
     Command copy = command;
     Envelope envelope(copy);
     if (command.kind == CommandKind::Start)
-        envelope.put({reader_socket, area});
+        envelope.put({decoder_socket, area});
     else
-        envelope.leave_out_files();
+        envelope.omit_files();
     return ::sendmsg(socket.get(), envelope.header(), MSG_NOSIGNAL) == ssize_t(sizeof copy);
 }
 
@@ -78,7 +78,7 @@ std::optional<ReceivedCommand> receive_command(const FileDescriptor& socket) {
     }
     if (n != ssize_t(sizeof received.command)) return std::nullopt;
     if (const std::optional<TwoFiles> files = envelope.files()) {
-        received.reader_socket = FileDescriptor((*files)[0]);
+        received.decoder_socket = FileDescriptor((*files)[0]);
         received.area = FileDescriptor((*files)[1]);
     }
     return received;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "plugins/openimageio/apart/picture_source.h"
+#include "plugins/openimageio/sandbox/picture_source.h"
 
 #include <cstddef>
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "plugins/openimageio/apart/messages.h"
+#include "plugins/openimageio/sandbox/messages.h"
 
 #include <algorithm>
 #include <array>
@@ -21,7 +21,7 @@ constexpr std::array<std::string PictureSpec::*, 5> texts = {
 constexpr size_t most_text_bytes = 1000;
 
 Error no_answer(const char* why) {
-    return {"reader-answer", why};
+    return {"decoder-answer", why};
 }
 
 template <class T>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "plugins/openimageio/apart/reader.h"
+#include "plugins/openimageio/sandbox/request_loop.h"
 
-#include "plugins/openimageio/apart/messages.h"
-#include "plugins/openimageio/apart/shared_area.h"
+#include "plugins/openimageio/sandbox/messages.h"
+#include "plugins/openimageio/sandbox/shared_memory.h"
 
 #include <sys/socket.h>
 #include <unistd.h>
@@ -19,9 +19,10 @@ namespace velatura::plugins::openimageio {
 
 namespace {
 
-class Reader {
+class RequestHandler {
   public:
-    Reader(PictureSource& source, FileDescriptor area) : source_(source), area_(std::move(area)) {}
+    RequestHandler(PictureSource& source, FileDescriptor area)
+        : source_(source), area_(std::move(area)) {}
 
     Reply answer(const Request& request) {
         Result<size_t> done = Error{"image-read", ""};
@@ -45,7 +46,7 @@ class Reader {
     /// Returns: bytes of the answer, which lies in the area.
     Result<size_t> perform(const Request& request) {
         if (request.version != protocol_version)
-            return Error{"image-read", "the reader of pictures is of another version"};
+            return Error{"image-read", "the decoder program is of another version"};
         if (!area_.map(request.area_bytes)) ::_exit(out_of_memory_exit_code);
         if (request.kind == RequestKind::Open) return open(request);
         const auto found = pictures_.find(request.picture);
@@ -94,20 +95,20 @@ class Reader {
     }
 
     PictureSource& source_;
-    SharedArea area_;
+    SharedMemory area_;
     std::unordered_map<uint64_t, std::unique_ptr<SourcePicture>> pictures_;
 };
 
 }  // namespace
 
 void answer_requests(PictureSource& source, const FileDescriptor& socket, FileDescriptor area) {
-    Reader reader(source, std::move(area));
+    RequestHandler decoder(source, std::move(area));
     for (;;) {
         Request request;
         const ssize_t n = ::recv(socket.get(), &request, sizeof request, 0);
         if (n < 0 && errno == EINTR) continue;
         if (n != ssize_t(sizeof request)) return;
-        const Reply reply = reader.answer(request);
+        const Reply reply = decoder.answer(request);
         if (::send(socket.get(), &reply, sizeof reply, MSG_NOSIGNAL) < 0) return;
     }
 }

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/result.h"
-#include "plugins/openimageio/apart/picture_source.h"
+#include "plugins/openimageio/sandbox/picture_source.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -16,8 +16,8 @@ inline constexpr uint32_t protocol_version = 1;
 
 enum class RequestKind : uint32_t { Open = 1, ReadLines, ReadTile, Close };
 
-/// From the renderer to a reader. What is long (the name of the asset, the answer) lies in the area
-/// that both share.
+/// From the renderer to a decoder. What is long (the name of the asset, the answer) lies in the
+/// area that both share.
 struct Request {
     uint32_t version = protocol_version;
     RequestKind kind = RequestKind::Open;
@@ -33,7 +33,7 @@ struct Request {
 
 enum class ReplyStatus : uint32_t { Done = 1, Refused };
 
-/// From a reader to the renderer.
+/// From a decoder to the renderer.
 struct Reply {
     uint32_t version = protocol_version;
     ReplyStatus status = ReplyStatus::Done;
@@ -57,7 +57,7 @@ struct PayloadSize {
 
 /// Length of what a reply leaves in the area; nothing of the area is looked at but the reason of a
 /// refusal. Whatever the bytes are, the length lies within `size` and the area. Errors:
-/// "reader-answer" (no answer to this request), "image-read" (refused; the reader's reason).
+/// "reader-answer" (no answer to this request), "image-read" (refused; the decoder's reason).
 Result<size_t> payload_length(const Request& request,
                               const PayloadSize& size,
                               std::string_view reply,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "plugins/openimageio/apart/system_calls.h"
+#include "plugins/openimageio/sandbox/seccomp_filter.h"
 
 #include <fcntl.h>
 #include <linux/audit.h>
@@ -181,7 +181,7 @@ class Filter {
 
 }  // namespace
 
-void forbid_system_calls() {
+void install_seccomp_filter() {
     if (machine == 0) return;
     constexpr uint32_t writing = O_WRONLY | O_RDWR | O_CREAT | O_TRUNC;
     Filter filter;

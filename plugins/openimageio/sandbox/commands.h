@@ -10,16 +10,16 @@
 
 namespace velatura::plugins::openimageio {
 
-/// What the starter is told (messages.h says what its readers are asked).
+/// What the fork server is told (messages.h says what its decoders are asked).
 enum class CommandKind : uint32_t {
-    Start = 1,  ///< a reader, whose socket and area come with the command
-    End,        ///< a reader: kill it if it runs, and say how it ended
+    Start = 1,  ///< a decoder, whose socket and area come with the command
+    End,        ///< a decoder: kill it if it runs, and say how it ended
 };
 
 struct Command {
     CommandKind kind = CommandKind::Start;
     int32_t process = 0;         ///< to be ended
-    uint64_t address_bytes = 0;  ///< that a reader may take beyond what the starter has
+    uint64_t address_bytes = 0;  ///< that a decoder may take beyond what the fork server has
 };
 
 struct CommandReply {
@@ -29,18 +29,18 @@ struct CommandReply {
     int32_t unused = 0;
 };
 
-/// The starter finds its socket here.
+/// The fork server finds its socket here.
 inline constexpr int control_descriptor = 3;
 
 /// Sends a command, and with Start the two files that go with it.
 bool send_command(const FileDescriptor& socket,
                   const Command& command,
-                  int reader_socket = -1,
+                  int decoder_socket = -1,
                   int area = -1);
 
 struct ReceivedCommand {
     Command command;
-    FileDescriptor reader_socket, area;
+    FileDescriptor decoder_socket, area;
 };
 
 /// Waits for one; nullopt when nobody can send any more, or what came is none.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "plugins/openimageio/apart/shared_area.h"
+#include "plugins/openimageio/sandbox/shared_memory.h"
 
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -19,23 +19,23 @@ Error no_memory(int number) {
 
 }  // namespace
 
-Result<SharedArea> SharedArea::create() {
-    FileDescriptor file(::memfd_create("velatura-pictures", MFD_CLOEXEC | MFD_ALLOW_SEALING));
+Result<SharedMemory> SharedMemory::create() {
+    FileDescriptor file(::memfd_create("velatura-decoder", MFD_CLOEXEC | MFD_ALLOW_SEALING));
     if (!file.is_open() || ::fcntl(file.get(), F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_SEAL) != 0)
         return no_memory(errno);
-    return SharedArea(std::move(file));
+    return SharedMemory(std::move(file));
 }
 
-SharedArea::~SharedArea() {
+SharedMemory::~SharedMemory() {
     unmap();
 }
 
-void SharedArea::unmap() {
+void SharedMemory::unmap() {
     if (!bytes_.empty()) ::munmap(bytes_.data(), bytes_.size());
     bytes_ = {};
 }
 
-Result<void> SharedArea::reserve(size_t bytes) {
+Result<void> SharedMemory::reserve(size_t bytes) {
     if (bytes <= backed_) return {};
     // A page that cannot be had would end the process that touches it
     if (::fallocate(file_.get(), 0, off_t(backed_), off_t(bytes - backed_)) != 0)
@@ -44,7 +44,7 @@ Result<void> SharedArea::reserve(size_t bytes) {
     return map(bytes);
 }
 
-Result<void> SharedArea::map(size_t bytes) {
+Result<void> SharedMemory::map(size_t bytes) {
     if (bytes <= bytes_.size()) return {};
     struct stat status = {};
     if (::fstat(file_.get(), &status) != 0) return no_memory(errno);
@@ -56,7 +56,7 @@ Result<void> SharedArea::map(size_t bytes) {
     return {};
 }
 
-void SharedArea::forget_beyond(size_t bytes) {
+void SharedMemory::forget_beyond(size_t bytes) {
     if (bytes >= backed_) return;
     (void)::fallocate(file_.get(), FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE, off_t(bytes),
                       off_t(backed_ - bytes));

@@ -2,11 +2,11 @@
 #pragma once
 
 #include "base/file_descriptor.h"
-#include "plugins/openimageio/apart/picture_source.h"
+#include "plugins/openimageio/sandbox/picture_source.h"
 
 namespace velatura::plugins::openimageio {
 
-/// What a reader ends with when it cannot have the memory that it asks for.
+/// What a decoder ends with when it cannot have the memory that it asks for.
 inline constexpr int out_of_memory_exit_code = 3;
 
 /// The other process: answers the requests (messages.h) that come by `socket`, with pictures of
