@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <exception>
 #include <limits>
+#include <new>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -108,6 +109,8 @@ class FilePicture final : public SourcePicture {
                                                          OIIO::TypeFloat, values.data());
             if (!is_read) return unread(input.geterror());
             return {};
+        } catch (const std::bad_alloc&) {
+            throw;
         } catch (const std::exception& e) {
             return unread(e.what());
         }
@@ -128,6 +131,8 @@ class FilePicture final : public SourcePicture {
                                  values.data(), pixel, pixel * in.tile_width))
                 return {};
             return unread(input.geterror());
+        } catch (const std::bad_alloc&) {
+            throw;
         } catch (const std::exception& e) {
             return unread(e.what());
         }
@@ -172,6 +177,8 @@ class FilePicture final : public SourcePicture {
         if (is_forward || !image_->is_packaged()) return {};
         Result<AssetImage> again = open_image(asset_, use_);
         if (!again) return again.error();
+        if (level_of((*again)->spec()) != spec_.levels[0])
+            return unread("the file has changed since it was opened");
         // The one that was open reads from what it owns: it goes first
         image_.reset();
         image_ = std::move(*again);
@@ -193,6 +200,8 @@ Result<std::unique_ptr<SourcePicture>> FileSource::open(const std::string& asset
         Result<AssetImage> image = open_image(asset, use);
         if (!image) return image.error();
         return std::unique_ptr<SourcePicture>(new FilePicture(asset, use, std::move(*image)));
+    } catch (const std::bad_alloc&) {
+        throw;
     } catch (const std::exception& e) {
         return Error{"image-open", one_line(e.what())};
     }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "plugins/openimageio/pictures.h"
 
+#include "plugins/openimageio/decoding.h"
 #include "plugins/openimageio/one_line.h"
-#include "plugins/openimageio/pictures_of_process.h"
 #include "plugins/openimageio/sandbox/messages.h"
 
 #include <OpenImageIO/imageio.h>
@@ -98,7 +98,7 @@ std::vector<uint16_t> full_range(const image::StoredPicture& picture) {
 Result<std::unique_ptr<image::Picture>> Pictures::open(const std::string& asset) const {
     try {
         Result<std::unique_ptr<SourcePicture>> opened =
-            pictures_of_process().open(asset, PictureUse::Picture);
+            picture_source().open(asset, PictureUse::Picture);
         if (!opened) return opened.error();
         if (!has_lines((*opened)->spec().levels.at(0)))
             return Error{"image-open",
@@ -112,7 +112,7 @@ Result<std::unique_ptr<image::Picture>> Pictures::open(const std::string& asset)
 }
 
 void Pictures::limit(const DecodeLimits& limits) const {
-    limit_pictures_of_process(limits);
+    select_picture_source(limits);
 }
 
 Result<void> Pictures::write(const std::string& file, const image::StoredPicture& picture) const {

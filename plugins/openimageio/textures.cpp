@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "plugins/openimageio/textures.h"
 
+#include "plugins/openimageio/decoding.h"
 #include "plugins/openimageio/one_line.h"
-#include "plugins/openimageio/pictures_of_process.h"
 #include "plugins/openimageio/texture_input.h"
 
 #include <OpenImageIO/imagecache.h>
@@ -133,7 +133,7 @@ class SystemSource final : public shading::TextureSource {
           system_(OIIO::TextureSystem::create(false, images_)) {
         set_memory(memory_bytes);
         // Threads of its own would run out of memory on their own, and the others wait for their
-        // tiles; they have little to do where pictures are decoded elsewhere
+        // tiles; all threads of a render look up and so decode
         OIIO::attribute("threads", 1);
         images_->attribute("autotile", 64);
         images_->attribute("automip", 1);
@@ -208,9 +208,8 @@ class SystemSource final : public shading::TextureSource {
 Result<std::unique_ptr<shading::TextureSource>> TextureSystemFactory::make(
     size_t memory_bytes, const DecodeLimits& decoding) const {
     try {
-        limit_pictures_of_process(decoding);
         return std::unique_ptr<shading::TextureSource>(
-            new SystemSource(pictures_of_process(), memory_bytes));
+            new SystemSource(select_picture_source(decoding), memory_bytes));
     } catch (const std::exception& e) {
         return Error{"textures", e.what()};
     }

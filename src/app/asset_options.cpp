@@ -39,6 +39,9 @@ void add_root_options(Command& command, AssetOptions& options) {
     command.add_flag("--confine", options.is_confined,
                      "read files only beneath the scene's own folder, and each --asset-root: for "
                      "scenes from people you do not trust");
+    command.add_flag("--sandbox", options.is_sandboxed,
+                     "decode images in decoder processes: a crash or a hang of a decoder costs one "
+                     "image, not the render; on with --confine and --asset-root (0.2 s and 41 MB)");
     command
         .add_option("--missing-assets", options.missing,
                     "a layer, texture, IES profile, volume file or plugin that the scene names and "
@@ -49,13 +52,16 @@ void add_root_options(Command& command, AssetOptions& options) {
 }
 
 void apply_asset_roots(const std::string& scene, const AssetOptions& options) {
-    set_limits(options.limits);
     set_missing_assets(options.missing == "ignore" ? MissingAssets::Ignore : MissingAssets::Fail);
     std::vector<std::string> folders = options.roots;
     const char* const environment = std::getenv("VELATURA_ASSET_ROOTS");
     for (std::string& folder : usd::compose::split_search_path(environment ? environment : ""))
         folders.push_back(std::move(folder));
-    if (folders.empty() && !options.is_confined) return set_asset_roots({});
+    const bool is_confined = options.is_confined || !folders.empty();
+    Limits limits = options.limits;
+    limits.decoding.is_sandboxed = is_confined || options.is_sandboxed;
+    set_limits(limits);
+    if (!is_confined) return set_asset_roots({});
 
     // Of "a.usdz[b.usda]" the folder of a.usdz; a link's own folder, for what stands beside it, and
     // that of what it leads to

@@ -15,7 +15,8 @@ namespace velatura::app {
 struct AssetOptions {
     std::vector<std::string> search_paths;
     std::vector<std::string> roots;
-    bool is_confined = false;  ///< to the scene's own folder, whatever the roots
+    bool is_confined = false;   ///< to the scene's own folder, whatever the roots
+    bool is_sandboxed = false;  ///< images are decoded in decoder processes; confined ones always
     Limits limits;
     std::string missing = "fail";  ///< fail or ignore
     SceneOverrides overrides;
@@ -24,14 +25,14 @@ struct AssetOptions {
 /// Adds --search-path, which may come several times.
 void add_search_path_option(Command& command, std::vector<std::string>& folders);
 
-/// Adds what a scene is allowed: --asset-root, which may come several times, --confine and --limit,
-/// and --missing-assets.
+/// Adds what a scene is allowed: --asset-root, which may come several times, --confine, --sandbox,
+/// --limit and --missing-assets.
 void add_root_options(Command& command, AssetOptions& options);
 
 /// Sets the limits and what missing assets do to the exit code, and says where the files of `scene`
-/// may lie, from here on: anywhere, unless
-/// --confine, --asset-root or $VELATURA_ASSET_ROOTS asks otherwise: then beneath the folder of the
-/// scene, which may be a link, and beneath those.
+/// may lie, from here on: anywhere, unless --confine, --asset-root or $VELATURA_ASSET_ROOTS asks
+/// otherwise: then beneath the folder of the scene, which may be a link, and beneath those. A scene
+/// that is confined is sandboxed.
 void apply_asset_roots(const std::string& scene, const AssetOptions& options);
 
 }  // namespace velatura::app

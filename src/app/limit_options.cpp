@@ -64,14 +64,14 @@ constexpr LimitOption limit_options[] = {
      [](Limits& l, const std::string& t) {
          return set_to(l.picture_side, parse_count(t), size_t(1) << 28);
      }},
-    {"decode-time", "of CPU for one request to the decoder of a picture, e.g. 10m",
+    {"decode-time", "of CPU for one request to a decoder process of --sandbox, e.g. 10m",
      [](Limits& l, const std::string& t) -> Result<void> {
          const Result<double> seconds = parse_duration(t);
          if (!seconds) return seconds.error();
          l.decoding.seconds = *seconds;
          return {};
      }},
-    {"decode-memory", "of the decoder of a picture, e.g. 32G",
+    {"decode-memory", "of the decoder of an image, e.g. 32G",
      [](Limits& l, const std::string& t) {
          return set_to(l.decoding.bytes, parse_size(t, machine_bytes()));
      }},

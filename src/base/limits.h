@@ -2,13 +2,19 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 
 namespace velatura {
 
-/// How long and how much the decoder of one picture may take, in a process of its own.
+/// Where images are decoded, and how much that may take.
 struct DecodeLimits {
-    double seconds = 60;  ///< of CPU time, for one request; ten times as long by the clock
-    size_t bytes = size_t(8) << 30;
+    /// In decoder processes; else in the process that uses them: for trusted files.
+    bool is_sandboxed = true;
+    /// CPU time of a decoder process for one request; ten times as long by the clock.
+    double seconds = 60;
+    size_t bytes = size_t(8) << 30;  ///< memory of a decoder process
+    /// Images that may take more, or more than `bytes`, have a decoder process anyway.
+    size_t in_process_bytes = std::numeric_limits<size_t>::max();
 };
 
 /// What the files of a scene may ask for before a reader says no: far beyond what people make, and
@@ -28,6 +34,10 @@ struct Limits {
 
 /// Those of this process, which its readers ask. Plugins have none of their own: they are told.
 const Limits& limits();
+
+/// Those for the decoders of this process at this moment: what is decoded in it takes a part of
+/// what a MemoryLimit leaves.
+DecodeLimits decode_limits();
 
 /// Before the scene is opened: not while other threads read.
 void set_limits(const Limits& limits);

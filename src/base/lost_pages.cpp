@@ -40,7 +40,7 @@ std::mutex& places_mutex() {
     return mutex;
 }
 
-void on_bus_error(int, siginfo_t* info, void*) {
+void on_bus_error(int signal, siginfo_t* info, void* context) {
     const auto address = reinterpret_cast<uintptr_t>(info->si_addr);
     // One that somebody has sent has no address
     for (MappedPlace* place = info->si_code > 0 ? first_place.load() : nullptr; place;
@@ -53,7 +53,10 @@ void on_bus_error(int, siginfo_t* info, void*) {
         place->has_lost = true;
         return;
     }
-    // Of no mapping: as without this handler, when the access is tried again
+    // Of no mapping here. A plugin has its own mappings, and its handler is called before that of
+    // the program; else as without this handler, when the access is tried again
+    if ((earlier_action.sa_flags & SA_SIGINFO) != 0)
+        return earlier_action.sa_sigaction(signal, info, context);
     ::sigaction(SIGBUS, &earlier_action, nullptr);
 }
 
@@ -77,7 +80,13 @@ void read_lost_pages_as_zeros() {
     action.sa_sigaction = on_bus_error;
     action.sa_flags = SA_SIGINFO | SA_RESTART;
     ::sigemptyset(&action.sa_mask);
-    ::sigaction(SIGBUS, &action, &earlier_action);
+
+    struct sigaction previous {};
+
+    ::sigaction(SIGBUS, &action, &previous);
+    const bool is_this =
+        (previous.sa_flags & SA_SIGINFO) != 0 && previous.sa_sigaction == on_bus_error;
+    if (!is_this) earlier_action = previous;
 }
 
 void end_at_lost_pages() {

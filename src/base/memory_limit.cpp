@@ -66,6 +66,7 @@ bool take_what_was_put_aside() {
 
 /// What Granted lifts the limit by, each time.
 constexpr size_t granted_bytes = size_t(4) << 20;
+constexpr int max_granted_steps = 64;
 
 constexpr size_t spare_bytes = MemoryLimit::kept_bytes - aside_bytes;
 
@@ -121,8 +122,11 @@ void MemoryLimit::find_memory_or_throw() {
     rlimit limit = {};
     getrlimit(RLIMIT_DATA, &limit);
     // Refused within the hard limit, which is the machine's own, a thread is granted nothing
-    if (is_set() && Granted::depth > 0 && limit.rlim_cur < limit.rlim_max)
+    if (is_set() && Granted::depth > 0 && Granted::steps < max_granted_steps &&
+        limit.rlim_cur < limit.rlim_max) {
+        ++Granted::steps;
         return limit_writable(limit.rlim_cur + granted_bytes);
+    }
     if (!take_what_was_put_aside()) throw std::bad_alloc();
 }
 

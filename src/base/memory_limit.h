@@ -61,10 +61,12 @@ class MemoryLimit {
 
     /// While one lives, this thread is granted what it asks for with operator new, a little above
     /// the limit if need be: for libraries that others would wait for in vain when they failed.
-    /// Costs next to nothing.
+    /// What needs 256 MB more is refused: a damaged file asks for it. Costs next to nothing.
     class Granted {
       public:
-        Granted() { ++depth; }
+        Granted() {
+            if (depth++ == 0) steps = 0;
+        }
 
         ~Granted() { --depth; }
 
@@ -73,7 +75,7 @@ class MemoryLimit {
 
       private:
         friend class MemoryLimit;
-        inline static thread_local int depth = 0;
+        inline static thread_local int depth = 0, steps = 0;
     };
 
     /// What enforce() keeps of what is left: pages of libraries that come in when code runs for the

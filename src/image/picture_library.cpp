@@ -10,10 +10,9 @@ Result<const PictureLibrary*> picture_library() {
         const Result<const void*> found = plugin::open_needed(
             {picture_interface, picture_interface_version, {"asset", "picture"}, "openimageio"});
         if (!found) return found.error();
-        const auto* library = static_cast<const PictureLibrary*>(*found);
-        library->limit(limits().decoding);
-        return library;
+        return static_cast<const PictureLibrary*>(*found);
     }();
+    if (opened) (*opened)->limit(decode_limits());
     return opened;
 }
 

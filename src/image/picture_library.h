@@ -14,7 +14,7 @@ namespace velatura::image {
 /// Under this name and version a plugin hands out a `const PictureLibrary*`. The version changes
 /// whenever this header or a type that it mentions does.
 inline constexpr const char* picture_interface = "pictures";
-inline constexpr uint32_t picture_interface_version = 4;
+inline constexpr uint32_t picture_interface_version = 5;
 
 /// What a picture says of itself before its pixels are read.
 struct PictureFacts {
@@ -62,7 +62,8 @@ class PictureLibrary {
     virtual void limit(const DecodeLimits& limits) const = 0;
 };
 
-/// The plugin's; opens it when first called, under the limits of then. Thread-safe. Errors: those
+/// The plugin's; opens it when first called. Images are decoded as decode_limits() says at the last
+/// call. Thread-safe. Errors: those
 /// of plugin::open_needed, the same at every call.
 Result<const PictureLibrary*> picture_library();
 

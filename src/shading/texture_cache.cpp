@@ -67,7 +67,7 @@ struct TextureCache::State {
             const Result<const TextureSourceFactory*> factory = texture_source_factory();
             if (!factory) return factory.error();
             Result<std::unique_ptr<TextureSource>> made =
-                (*factory)->make(memory_bytes, limits().decoding);
+                (*factory)->make(memory_bytes, decode_limits());
             if (!made) return made.error();
             source = std::move(*made);
         }

@@ -17,7 +17,7 @@ namespace velatura::shading {
 /// Under this name and version a plugin hands out a `const TextureSourceFactory*`. The version
 /// changes whenever this header or a type that it mentions does.
 inline constexpr const char* texture_interface = "textures";
-inline constexpr uint32_t texture_interface_version = 3;
+inline constexpr uint32_t texture_interface_version = 4;
 
 /// RGBA of a texture lookup, scene-linear.
 using TexelRgba = std::array<float, 4>;

@@ -142,7 +142,10 @@ TEST(HugeScene, EveryLimitIsTheUsersToSet) {
     w.write("layers.usda", "#usda 1.0\n(\n    subLayers = [@prims.usda@]\n)\n");
     w.write("textured.usda", "#usda 1.0\ndef DomeLight \"sky\"\n{\n}\n" + textured_ball("p.ppm"));
     w.write("p.ppm", "P6 8 4 255\n" + std::string(8 * 4 * 3, 'x'));
+    w.write("wide.usda", "#usda 1.0\ndef DomeLight \"sky\"\n{\n}\n" + textured_ball("w.ppm"));
+    w.write("w.ppm", "P6 400 4 255\n" + std::string(400 * 4 * 3, 'x'));
     const std::string render = std::string("render textured.usda -o x.exr") + quick;
+    const std::string wide = std::string("render wide.usda -o x.exr") + quick;
 
     struct Case {
         std::string command, limit, too_little, enough, said;
@@ -155,7 +158,9 @@ TEST(HugeScene, EveryLimitIsTheUsersToSet) {
         {"info layers.usda", "layers", "1", "2", "limit reached (--limit layers)"},
         {render, "picture-side", "7", "8",
          "expected at most 7 along a side (--limit picture-side)"},
-        {render, "decode-memory", "1K", "1G", "texture-unreadable"},
+        {render + " --sandbox", "decode-memory", "1K", "1G", "texture-unreadable"},
+        // Of 400 x 4 pixels of 3 bytes: what may take more has a decoder process
+        {wide, "decode-memory", "4K", "5K", "texture-unreadable"},
     };
     for (const Case& c : cases) {
         const auto say = [&](const std::string& value) {

@@ -85,4 +85,20 @@ TEST(LostPages, OfNoAssetEndTheProcessAsBefore) {
         testing::KilledBySignal(SIGBUS), "");
 }
 
+/// A plugin has mappings of its own, and its handler lies over that of the program.
+TEST(LostPages, OfNoAssetGoToTheHandlerBefore) {
+    EXPECT_EXIT(
+        {
+            struct sigaction action {};
+
+            action.sa_flags = SA_SIGINFO;
+            action.sa_sigaction = [](int, siginfo_t*, void*) { ::_exit(7); };
+            ::sigaction(SIGBUS, &action, nullptr);
+            read_lost_pages_as_zeros();
+            read_lost_pages_as_zeros();
+            std::raise(SIGBUS);
+        },
+        testing::ExitedWithCode(7), "");
+}
+
 }  // namespace velatura::test

@@ -163,6 +163,25 @@ TEST_F(MemoryLimitTest, GrantsWhereALibraryWouldFail) {
               "true");
 }
 
+/// Or a file of some bytes could ask for all addresses there are, and is granted step after step.
+TEST_F(MemoryLimitTest, GrantsNoMoreThanALibraryNeeds) {
+    EXPECT_EQ(alone([] {
+                  const MemoryLimit limit(resident_bytes() + 20 * megabyte);
+                  const MemoryLimit::Granted granted;
+                  for (const size_t bytes : {2000 * megabyte, size_t(1) << 60}) {
+                      try {
+                          const std::unique_ptr<char[]> much(new char[bytes]);
+                          // What nobody sees the compiler allocates nowhere
+                          asm volatile("" : : "r"(much.get()) : "memory");
+                          return std::string("granted");
+                      } catch (const std::bad_alloc&) {
+                      }
+                  }
+                  return std::string("refused");
+              }),
+              "refused");
+}
+
 TEST_F(MemoryLimitTest, LiftedForAWhile) {
     EXPECT_EQ(alone([] {
                   const MemoryLimit limit(resident_bytes() + 20 * megabyte);

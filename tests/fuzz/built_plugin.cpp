@@ -10,9 +10,7 @@ const void* built_interface(const char* interface_name,
                             const char* trigger_kind,
                             const char* trigger_value) {
     Diagnostics diagnostics;
-    // Decoders are to crash here, where they are looked at, and not in a process of their own
-    const plugin::Registry registry({{VELATURA_PICTURES_WITHIN}, {VELATURA_BUILT_PLUGINS}},
-                                    diagnostics);
+    const plugin::Registry registry({{VELATURA_BUILT_PLUGINS}}, diagnostics);
     const plugin::Manifest* manifest = registry.find(interface_name, {trigger_kind, trigger_value});
     return manifest == nullptr
                ? nullptr

@@ -17,6 +17,8 @@ namespace {
 
 constexpr std::array<const char*, 6> kinds = {"png", "jpg", "hdr", "exr", "tif", "tx"};
 constexpr int most_side = 2048;
+/// Decoders are to crash here, where they are looked at, and not in a decoder process.
+constexpr DecodeLimits in_process = {.is_sandboxed = false};
 
 /// Texels of the finest level, of levels between and of the coarsest, at corners and inside.
 void look_up(const shading::TextureFile& file) {
@@ -41,11 +43,12 @@ void texture(std::string_view bytes) {
     if (factory == nullptr || pictures == nullptr || bytes.empty()) return;
     const size_t kind = size_t(static_cast<unsigned char>(bytes[0])) % kinds.size();
     const std::string file = memory_file(std::string("fuzz.") + kinds[kind], bytes.substr(1));
-    if (const auto source = factory->make(size_t(16) << 20, {}))
+    if (const auto source = factory->make(size_t(16) << 20, in_process))
         if (const auto opened =
                 (*source)->open(file, scene::SourceColorSpace::Auto, scene::Wrap::UseMetadata,
                                 scene::Wrap::Mirror, most_side))
             look_up(**opened);
+    pictures->limit(in_process);
     if (const auto picture = pictures->open(file)) {
         const image::PictureFacts& facts = (*picture)->facts();
         if (facts.width < 1 || facts.height < 1 || facts.channels < 1 || facts.width > most_side ||

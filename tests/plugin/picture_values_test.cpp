@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures and textures have the same values, to the last bit, whether their decoders run in a
-// process of their own or in this one.
+// Pictures and textures have the same values, to the last bit, whether their decoders run in
+// decoder processes or in this one.
 #include "base/hash.h"
+#include "base/lost_pages.h"
 #include "image/picture_library.h"
 #include "plugin/registry.h"
 #include "shading/texture_cache.h"
@@ -13,7 +14,9 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 
 namespace velatura::shading {
@@ -46,22 +49,24 @@ struct Plugin {
     }
 };
 
-const Plugin& apart() {
-    static const Plugin plugin(VELATURA_BUILT_PLUGINS);
+const Plugin& built() {
+    static const Plugin& plugin = [] {
+        // As programs do, before they open a plugin
+        read_lost_pages_as_zeros();
+        static const Plugin opened(VELATURA_BUILT_PLUGINS);
+        return std::ref(opened);
+    }();
     return plugin;
 }
 
-const Plugin& within() {
-    static const Plugin plugin(VELATURA_PICTURES_WITHIN);
-    return plugin;
-}
+constexpr DecodeLimits sandboxed = {.is_sandboxed = true}, in_process = {.is_sandboxed = false};
 
 /// Bits of texels all over a texture, at all widths, and what went wrong.
-std::string texels(const Plugin& plugin,
+std::string texels(const DecodeLimits& decoding,
                    const std::string& file,
                    SourceColorSpace space,
                    Wrap wrap) {
-    const auto source = plugin.textures->make(size_t(64) << 20, {});
+    const auto source = built().textures->make(size_t(64) << 20, decoding);
     const auto opened = (*source)->open(file, space, wrap, Wrap::Mirror, max_side);
     if (!opened) return opened.error().message;
     std::string bits;
@@ -80,8 +85,9 @@ std::string texels(const Plugin& plugin,
 }
 
 /// Bits of all values of a picture, and what it says of itself.
-std::string values(const Plugin& plugin, const std::string& file) {
-    const auto opened = plugin.pictures->open(file);
+std::string values(const DecodeLimits& decoding, const std::string& file) {
+    built().pictures->limit(decoding);
+    const auto opened = built().pictures->open(file);
     if (!opened) return opened.error().message;
     const image::PictureFacts& facts = (*opened)->facts();
     const int channels = facts.channels >= 3 ? 3 : 1;
@@ -95,7 +101,7 @@ std::string values(const Plugin& plugin, const std::string& file) {
 
 /// Returns: whether the file can be read at all.
 bool expect_same(const std::string& file, size_t most_ways = 4) {
-    const std::string here = values(within(), file), there = values(apart(), file);
+    const std::string here = values(in_process, file), there = values(sandboxed, file);
     EXPECT_TRUE(here == there) << file << ": " << there.substr(0, 200) << " instead of "
                                << here.substr(0, 200);
     bool is_read = false;
@@ -105,8 +111,8 @@ bool expect_same(const std::string& file, size_t most_ways = 4) {
                                                       {SourceColorSpace::Raw, Wrap::UseMetadata}};
     for (size_t i = 0; i < most_ways; ++i) {
         const auto [space, wrap] = ways[i];
-        const std::string a = texels(within(), file, space, wrap),
-                          b = texels(apart(), file, space, wrap);
+        const std::string a = texels(in_process, file, space, wrap),
+                          b = texels(sandboxed, file, space, wrap);
         EXPECT_TRUE(a == b) << file << ": " << b.substr(0, 200) << " instead of "
                             << a.substr(0, 200);
         is_read = a.size() > 10000;
@@ -259,6 +265,37 @@ TEST_F(PictureValues, AreRefusedInTheSameWords) {
     EXPECT_FALSE(expect_same("/dev/zero"));
     EXPECT_FALSE(expect_same(
         folder.write_text("wide.pgm", "P5\n2000000 1\n255\n" + std::string(2000000, 'x'))));
+}
+
+/// What may take too much of this process's memory is decoded in a decoder process.
+TEST_F(PictureValues, AreTheSameWhereMemoryIsShort) {
+    OIIO::ImageSpec spec(200, 100, 4, OIIO::TypeHalf);
+    spec.tile_width = spec.tile_height = 32;
+    for (const std::string& file :
+         {write("lines.png", 3, OIIO::TypeUInt16, 200, 100), write_spec("tiles.exr", spec)}) {
+        const std::string expected = values(in_process, file);
+        for (const size_t bytes : {size_t(0), size_t(32 * 32 * 4 * 2), size_t(1) << 20})
+            EXPECT_TRUE(values({.is_sandboxed = false, .in_process_bytes = bytes}, file) ==
+                        expected)
+                << file << bytes;
+    }
+}
+
+/// The package is mapped by the plugin, which the list of the program does not know.
+TEST_F(PictureValues, OfAPackageThatIsTruncatedAreAnError) {
+    std::ifstream in(write("a.tif", 4, OIIO::TypeFloat, 600, 300), std::ios::binary);
+    const std::string package = folder.write_text(
+        "cut.usdz", velatura::testing::stored_zip(
+                        {{"a.tif", std::string(std::istreambuf_iterator<char>(in), {})}}));
+    const auto source = built().textures->make(size_t(64) << 20, in_process);
+    const auto opened = (*source)->open(package + "[a.tif]", SourceColorSpace::Raw, Wrap::Black,
+                                        Wrap::Black, max_side);
+    ASSERT_TRUE(opened) << opened.error().message;
+    std::filesystem::resize_file(package, 8192);
+    TexelRgba texel = {};
+    EXPECT_FALSE((*opened)->lookup(Vec2(0.5f), Vec2(0.0f), texel));
+    const std::string why = (*source)->lookup_error();
+    EXPECT_TRUE(why.starts_with("the file was truncated while it was read")) << why;
 }
 
 }  // namespace

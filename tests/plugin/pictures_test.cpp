@@ -71,6 +71,10 @@ class PicturePlugin : public testing::Test {
         EXPECT_EQ(opened.find("libembree"), std::string::npos) << arguments;
     }
 
+    bool starts_decoders(const std::string& arguments) const {
+        return opened_files(w, "velatura", arguments).find("velatura-decoder") != std::string::npos;
+    }
+
     /// A copy of the program in <folder>/bin, away from the plugins of the build.
     void copy_program(const std::string& folder, const std::string& program) const {
         fs::create_directories(w.path(folder + "/bin"));
@@ -159,20 +163,55 @@ TEST_F(PicturePlugin, IsNamedWhereItIsMissing) {
     EXPECT_FALSE(w.exists("plain.png"));
 }
 
-/// Decoders never run in the renderer itself.
+/// Of trusted scenes images are decoded in the renderer; of others in decoder processes.
+TEST_F(PicturePlugin, DecoderProcessesAreStartedForUntrustedScenesOnly) {
+    for (const char* scene : {"textured", "mapped"}) {
+        const std::string render = fmt::format("render {}.usda -o x.exr{}", scene, quick);
+        EXPECT_FALSE(starts_decoders(render)) << scene;
+        const std::string in_process = w.hash("x.exr");
+        for (const char* option : {"--sandbox", "--confine", "--asset-root ."}) {
+            EXPECT_TRUE(starts_decoders(render + option)) << scene << option;
+            EXPECT_EQ(w.hash("x.exr"), in_process) << scene << option;
+        }
+    }
+    ::setenv("VELATURA_ASSET_ROOTS", w.path(".").c_str(), 1);
+    EXPECT_TRUE(starts_decoders(std::string("render textured.usda -o x.exr") + quick));
+    ::unsetenv("VELATURA_ASSET_ROOTS");
+    EXPECT_TRUE(starts_decoders("plan textured.usda --sandbox"));
+    EXPECT_FALSE(starts_decoders("plan textured.usda"));
+}
+
+/// What a decoder may take counts against the limit, unless it is much of what is left.
+TEST_F(PicturePlugin, DecoderProcessesAreStartedWhereMemoryIsShort) {
+    w.write("large.ppm", "P6 5000 3000 255\n" + std::string(5000 * 3000 * 3, 'x'));
+    std::string scene = textured;
+    scene.replace(scene.find("picture.exr"), 11, "large.ppm");
+    w.write("large.usda", scene);
+    const std::string render = std::string("render large.usda -o x.exr") + quick;
+    EXPECT_FALSE(starts_decoders(render));
+    const std::string free = w.hash("x.exr");
+    EXPECT_TRUE(starts_decoders(render + "--memory-limit 300M"));
+    EXPECT_EQ(w.hash("x.exr"), free);
+}
+
+/// Where they are asked for, images are not decoded in the renderer after all.
 TEST_F(PicturePlugin, SaysThatItsProgramIsMissing) {
     fs::create_directories(w.path("cut"));
     fs::copy(fs::path(VELATURA_BUILT_PLUGINS) / "openimageio", w.path("cut/openimageio"));
     fs::remove(w.path("cut/openimageio/velatura-decoder"));
     ::setenv("VELATURA_PLUGIN_PATH", w.path("cut").c_str(), 1);
-    const CommandResult texture = w.velatura(std::string("render textured.usda -o x.exr") + quick);
-    const CommandResult map = w.velatura(std::string("render mapped.usda -o y.exr") + quick);
-    const CommandResult ignored =
-        w.velatura(std::string("render textured.usda --missing-assets ignore -o x.exr") + quick);
+    const CommandResult trusted = w.velatura(std::string("render textured.usda -o z.exr") + quick);
+    const CommandResult texture =
+        w.velatura(std::string("render textured.usda --sandbox -o x.exr") + quick);
+    const CommandResult map =
+        w.velatura(std::string("render mapped.usda --sandbox -o y.exr") + quick);
+    const CommandResult ignored = w.velatura(
+        std::string("render textured.usda --sandbox --missing-assets ignore -o x.exr") + quick);
     ::unsetenv("VELATURA_PLUGIN_PATH");
     const std::string why =
         fmt::format("the decoder program {} is missing: No such file or directory",
                     w.path("cut/openimageio/velatura-decoder"));
+    EXPECT_EQ(trusted.exit_code, 0) << trusted.output;
     EXPECT_NE(texture.output.find("cannot read texture 'picture.exr': " + why), std::string::npos)
         << texture.output;
     EXPECT_NE(map.output.find("light emits without its texture"), std::string::npos) << map.output;
@@ -204,9 +243,9 @@ TEST_F(PicturePlugin, ACrashOfADecoderCostsItsTextureOnly) {
     w.write("balls.usda", scene);
     ::setenv("VELATURA_PLUGIN_PATH", w.path("double").c_str(), 1);
     const CommandResult r =
-        w.velatura(std::string("render balls.usda --stats s.json -o x.exr") + quick);
-    const CommandResult strict =
-        w.velatura(std::string("render balls.usda --texture-failure error -o y.exr") + quick);
+        w.velatura(std::string("render balls.usda --sandbox --stats s.json -o x.exr") + quick);
+    const CommandResult strict = w.velatura(
+        std::string("render balls.usda --sandbox --texture-failure error -o y.exr") + quick);
     ::unsetenv("VELATURA_PLUGIN_PATH");
     EXPECT_EQ(r.exit_code, 1) << r.output;
     for (const auto& [what, signal] : {std::pair("segv", SIGSEGV), std::pair("abort", SIGABRT)}) {
