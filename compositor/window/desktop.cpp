@@ -2,7 +2,7 @@
 #include "compositor/window/desktop.h"
 
 #include "base/hash.h"
-#include "compositor/input_files.h"
+#include "compositor/io/input_files.h"
 #include "compositor/window/folder_list.h"
 #include "compositor/window/menu_bar.h"
 #include "compositor/window/mixer_panel.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "compositor/controls.h"
+#include "compositor/look/controls.h"
 
 #include <array>
 #include <string>

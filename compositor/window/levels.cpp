@@ -2,7 +2,7 @@
 #include "compositor/window/levels.h"
 
 #include "base/tasks.h"
-#include "compositor/fold.h"
+#include "compositor/io/row_values.h"
 
 #include <fmt/format.h>
 
@@ -189,9 +189,11 @@ Result<Levels> Levels::make(std::shared_ptr<const LayerStack> stack) {
     return levels;
 }
 
-LevelPlans plans_by_level(const Levels& levels, MixPlan plan, std::span<const LevelPlans> earlier) {
+LevelPlans plans_by_level(const Levels& levels,
+                          mix::MixPlan plan,
+                          std::span<const LevelPlans> earlier) {
     LevelPlans plans;
-    plans.push_back(std::make_shared<const MixPlan>(std::move(plan)));
+    plans.push_back(std::make_shared<const mix::MixPlan>(std::move(plan)));
     // The values of the whole file are those of one matte, whatever its number in a plan
     const auto known = [&](const Matte& whole,
                            size_t level) -> std::shared_ptr<const std::vector<float>> {
@@ -210,7 +212,7 @@ LevelPlans plans_by_level(const Levels& levels, MixPlan plan, std::span<const Le
         }
         const image::Image& from = levels.stack(plans.size() - 1).image();
         const image::Window& window = levels.stack(plans.size()).image().data;
-        MixPlan smaller = *plans.back();
+        mix::MixPlan smaller = *plans.back();
         for (size_t m = 0; m < smaller.mattes.size(); ++m) {
             Matte& matte = smaller.mattes[m];
             if (auto values = known(plans[0]->mattes[m], plans.size())) {
@@ -221,7 +223,7 @@ LevelPlans plans_by_level(const Levels& levels, MixPlan plan, std::span<const Le
             average(Stored<float>{*matte.values, from.data, from.display}, values, window);
             matte.values = std::make_shared<const std::vector<float>>(std::move(values));
         }
-        plans.push_back(std::make_shared<const MixPlan>(std::move(smaller)));
+        plans.push_back(std::make_shared<const mix::MixPlan>(std::move(smaller)));
     }
     return plans;
 }

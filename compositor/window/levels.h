@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "compositor/layer_stack.h"
-#include "compositor/mix_plan.h"
+#include "compositor/io/layer_stack.h"
+#include "compositor/mix/mix_plan.h"
 #include "compositor/window/shown_layers.h"
 
 #include <memory>
@@ -44,12 +44,12 @@ class Levels {
     std::vector<ShownLayer> shown_;
 };
 
-using LevelPlans = std::vector<std::shared_ptr<const MixPlan>>;
+using LevelPlans = std::vector<std::shared_ptr<const mix::MixPlan>>;
 
 /// A plan for each level: the same, but for the mattes, which are as small as the level. Those that
 /// a plan of `earlier` has too are taken from it.
 LevelPlans plans_by_level(const Levels& levels,
-                          MixPlan plan,
+                          mix::MixPlan plan,
                           std::span<const LevelPlans> earlier = {});
 
 /// Half the size: the mean of 2 × 2 pixels of everything that is shown, in the type it is

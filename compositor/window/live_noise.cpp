@@ -45,8 +45,8 @@ image::Image rows_of(const image::Image& image, int first, int end) {
     return out;
 }
 
-MixPlan rows_of(const MixPlan& plan, int width, int first, int end) {
-    MixPlan out = plan;
+mix::MixPlan rows_of(const mix::MixPlan& plan, int width, int first, int end) {
+    mix::MixPlan out = plan;
     for (Matte& matte : out.mattes) {
         const float* const begin = matte.values->data() + size_t(first) * size_t(width);
         matte.values = std::make_shared<const std::vector<float>>(
@@ -70,7 +70,7 @@ void LiveNoise::begin() {
     error_.clear();
 }
 
-void LiveNoise::advance(const LayerStack& stack, const MixPlan& plan, const Look& look) {
+void LiveNoise::advance(const LayerStack& stack, const mix::MixPlan& plan, const Look& look) {
     constexpr int radius = statistics::Neighbourhood::radius;
     const image::Window& window = stack.image().data;
     const int first = int(scattered(done_, parts_)) * rows_,

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "compositor/layer_stack.h"
-#include "compositor/noise.h"
+#include "compositor/io/layer_stack.h"
+#include "compositor/noise/noise.h"
 
 #include <optional>
 #include <string>
@@ -26,7 +26,7 @@ class LiveNoise {
     bool is_done() const { return done_ == parts_ || !error_.empty(); }
 
     /// Takes up one more part; the plan is that of the look.
-    void advance(const LayerStack& stack, const MixPlan& plan, const Look& look);
+    void advance(const LayerStack& stack, const mix::MixPlan& plan, const Look& look);
 
     /// Share of the parts that went in.
     double share() const { return double(done_) / double(parts_); }
@@ -36,9 +36,9 @@ class LiveNoise {
     double mix() const { return sum_.mix().value; }  ///< √relMSE of the mix
 
     /// Of the squared error, largest first; empty where the stored layers do not tell.
-    std::vector<RowNoise> groups() const { return sum_.groups(); }
+    std::vector<noise::RowNoise> groups() const { return sum_.groups(); }
 
-    std::vector<RowNoise> bounces() const { return sum_.bounces(); }
+    std::vector<noise::RowNoise> bounces() const { return sum_.bounces(); }
 
     /// Why there is none: no half images.
     const std::string& error() const { return error_; }
@@ -46,7 +46,7 @@ class LiveNoise {
   private:
     size_t parts_ = 1, done_ = 0;
     int rows_ = 1;  ///< of a part
-    NoiseSum sum_;
+    noise::NoiseSum sum_;
     std::string error_;
 };
 
@@ -54,6 +54,6 @@ class LiveNoise {
 image::Image rows_of(const image::Image& image, int first, int end);
 
 /// The plan for them: with the same rows of its mattes. width: of the whole file.
-MixPlan rows_of(const MixPlan& plan, int width, int first, int end);
+mix::MixPlan rows_of(const mix::MixPlan& plan, int width, int first, int end);
 
 }  // namespace velatura::compositor::window

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "compositor/controls.h"
-#include "compositor/layer_stack.h"
+#include "compositor/io/layer_stack.h"
+#include "compositor/look/controls.h"
 
 #include <array>
 #include <optional>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "compositor/layer_stack.h"
+#include "compositor/io/layer_stack.h"
 #include "layers/cryptomatte.h"
 
 #include <cstdint>

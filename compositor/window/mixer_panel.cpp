@@ -32,9 +32,9 @@ std::string row_note(const LayerStack& stack, const std::string& target) {
     return "light after " + target.substr(1) + " scatterings";
 }
 
-const RowNoise* noise_of(std::span<const RowNoise> rows, const std::string& name) {
-    const auto at =
-        std::find_if(rows.begin(), rows.end(), [&](const RowNoise& r) { return r.name == name; });
+const noise::RowNoise* noise_of(std::span<const noise::RowNoise> rows, const std::string& name) {
+    const auto at = std::find_if(rows.begin(), rows.end(),
+                                 [&](const noise::RowNoise& r) { return r.name == name; });
     return at == rows.end() ? nullptr : &*at;
 }
 
@@ -48,7 +48,7 @@ ImVec4 screen_color(const Session& session, const std::array<float, 3>& tint) {
 class Row {
   public:
     /// noise: what all rows of the page have of it; empty where it is not known.
-    Row(Drawing& drawing, const std::string& target, std::span<const RowNoise> noise)
+    Row(Drawing& drawing, const std::string& target, std::span<const noise::RowNoise> noise)
         : drawing_(drawing),
           session_(drawing.session),
           target_(target),
@@ -142,7 +142,7 @@ class Row {
 
     /// A hair line below the name: how much of the noise is this row's.
     void draw_noise_share() {
-        const RowNoise* noise = noise_of(noise_, target_);
+        const noise::RowNoise* noise = noise_of(noise_, target_);
         if (!noise || noise->share <= 0) return;
         const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
         const float y = high.y - 4;
@@ -216,7 +216,7 @@ class Row {
     Drawing& drawing_;
     Session& session_;
     const std::string& target_;
-    const std::span<const RowNoise> noise_;
+    const std::span<const noise::RowNoise> noise_;
     RowTarget row_;
     RowState state_;
 };
@@ -245,7 +245,7 @@ void draw_rows(Drawing& drawing, const std::vector<std::string>& targets, size_t
     ImGui::TableHeadersRow();
     ImGui::PopStyleColor();
     ImGui::PopFont();
-    std::vector<RowNoise> noise;
+    std::vector<noise::RowNoise> noise;
     if (drawing.noise)
         noise = drawing.session.page() == Page::Bounces ? drawing.noise->bounces()
                                                         : drawing.noise->groups();

@@ -20,7 +20,7 @@ std::string price(double mix, double rendered) {
                        percent_text(rendered));
 }
 
-void draw_rows(const char* title, const std::vector<RowNoise>& rows, size_t most) {
+void draw_rows(const char* title, const std::vector<noise::RowNoise>& rows, size_t most) {
     if (rows.empty()) return;
     const float unit = ImGui::GetFontSize();
     text(title, colour::dim);

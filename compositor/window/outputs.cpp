@@ -3,11 +3,11 @@
 
 #include "base/atomic_file.h"
 #include "base/check.h"
-#include "compositor/bake.h"
-#include "compositor/bake_layer.h"
-#include "compositor/export.h"
-#include "compositor/mix.h"
-#include "compositor/top_up.h"
+#include "compositor/bake/bake.h"
+#include "compositor/bake/bake_layer.h"
+#include "compositor/exports/export.h"
+#include "compositor/mix/mix.h"
+#include "compositor/noise/top_up.h"
 #include "layers/layer_file.h"
 #include "layers/sums_part.h"
 
@@ -25,18 +25,19 @@ namespace fs = std::filesystem;
 
 Result<std::string> write_picture(const OutputSource& source, const std::string& path) {
     const PictureTask& task = *source.task;
-    const image::Image mixed = apply_mix(source.levels->stack(0), *task.plans[0], task.look, false);
+    const image::Image mixed =
+        mix::apply_mix(source.levels->stack(0), *task.plans[0], task.look, false);
     if (path.ends_with(".exr")) {
         const auto written = layers::write_image_file(path, mixed);
         if (!written) return written.error();
         return std::string();
     }
-    const auto written = write_display(path, mixed, task.look);
+    const auto written = mix::write_display(path, mixed, task.look);
     if (!written) return written.error();
     return std::string();
 }
 
-using Script = std::string (*)(const MixRecipe&);
+using Script = std::string (*)(const exports::MixRecipe&);
 
 /// Scripts read one file.
 Result<void> check_one_file(const OutputSource& source) {
@@ -53,8 +54,8 @@ Result<std::string> write_script(const OutputSource& source, const std::string& 
     // The script may be run from anywhere
     const fs::path whole = fs::absolute(source.layers, failed);
     const auto recipe =
-        mix_recipe(source.levels->stack(0), *source.task->plans[0], source.task->look,
-                   failed ? source.layers : whole.lexically_normal().string());
+        exports::mix_recipe(source.levels->stack(0), *source.task->plans[0], source.task->look,
+                            failed ? source.layers : whole.lexically_normal().string());
     if (!recipe) return recipe.error();
     if (auto written = write_file_atomically(path, script(*recipe)); !written)
         return written.error();
@@ -67,8 +68,9 @@ Result<std::string> write_nuke(const OutputSource& source, const std::string& pa
     std::error_code failed;
     const fs::path folder = fs::absolute(path).lexically_normal().parent_path();
     const fs::path layers = fs::proximate(fs::absolute(source.layers), folder, failed);
-    const auto script = nuke_script(source.levels->stack(0), *source.task->plans[0],
-                                    source.task->look, failed ? source.layers : layers.string());
+    const auto script =
+        exports::nuke_script(source.levels->stack(0), *source.task->plans[0], source.task->look,
+                             failed ? source.layers : layers.string());
     if (!script) return script.error();
     if (auto written = write_file_atomically(path, *script); !written) return written.error();
     return std::string();
@@ -76,9 +78,9 @@ Result<std::string> write_nuke(const OutputSource& source, const std::string& pa
 
 Result<std::string> write_bake(const OutputSource& source, const std::string& path) {
     if (!path.ends_with(".usda")) return Error{"bad-output", path + " is not .usda"};
-    const auto bake = bake_look(source.levels->stack(0), source.task->look);
+    const auto bake = bake::bake_look(source.levels->stack(0), source.task->look);
     if (!bake) return bake.error();
-    const auto text = bake_layer_text(*bake, fs::path(source.layers).filename().string());
+    const auto text = bake::bake_layer_text(*bake, fs::path(source.layers).filename().string());
     if (!text) return text.error();
     if (auto written = write_file_atomically(path, *text); !written) return written.error();
     std::string said = fmt::format("{} lights", bake->lights.size());
@@ -97,7 +99,7 @@ Result<std::string> write_request(const OutputSource& source, const std::string&
         return Error{counts.error().code, fmt::format("{}: {}; render with --keep-sums",
                                                       source.layers, counts.error().message)};
     // As `plan` without a target: the error of the render as it is
-    const auto plan = plan_top_up(source.levels->stack(0), *counts, source.task->look, {});
+    const auto plan = noise::plan_top_up(source.levels->stack(0), *counts, source.task->look, {});
     if (!plan) return plan.error();
     if (const auto written = layers::write_top_up(path, plan->request); !written)
         return written.error();
@@ -111,9 +113,9 @@ constexpr std::array table = {
     Output{OutputKind::NukeScript, Action::ExportNuke, "Export a Nuke script", ".nk", "mix.nk",
            write_nuke},
     Output{OutputKind::OiioScript, Action::ExportOiio, "Export a shell script for oiiotool", ".sh",
-           "mix.sh", write_script<oiio_script>},
+           "mix.sh", write_script<exports::oiio_script>},
     Output{OutputKind::BlenderScript, Action::ExportBlender, "Export a Python script for Blender",
-           ".py", "mix.py", write_script<blender_script>},
+           ".py", "mix.py", write_script<exports::blender_script>},
     Output{OutputKind::Bake, Action::BakeLook, "Bake the mix as a USD layer of lights", ".usda",
            "lights.usda", write_bake},
     Output{OutputKind::Request, Action::RequestSamples,

@@ -29,7 +29,7 @@ std::vector<float> data_values(const LayerStack& stack, const std::string& name,
 /// Puts together the readout of one pixel.
 class Reader {
   public:
-    Reader(const LayerStack& stack, const MixPlan& plan, PixelReadout& out)
+    Reader(const LayerStack& stack, const mix::MixPlan& plan, PixelReadout& out)
         : stack_(stack), plan_(plan), out_(out) {
         const image::Image& image = stack.image();
         const int fx = out.x + image.display.x0, fy = out.y + image.display.y0;
@@ -37,7 +37,7 @@ class Reader {
     }
 
     /// A layer with what the mix makes of it here: gain, mattes, and what is given back of a clamp.
-    void add_term(const MixPlan::Term& term, float exposure) {
+    void add_term(const mix::MixPlan::Term& term, float exposure) {
         Rgb gain{}, given_back{};
         for (size_t c = 0; c < 3; ++c) {
             gain[c] = term.gain[c] * exposure;
@@ -77,7 +77,7 @@ class Reader {
     }
 
     const LayerStack& stack_;
-    const MixPlan& plan_;
+    const mix::MixPlan& plan_;
     PixelReadout& out_;
     std::optional<size_t> pixel_;  ///< of the data window; none: not stored
 };
@@ -85,7 +85,7 @@ class Reader {
 }  // namespace
 
 PixelReadout read_pixel(
-    const LayerStack& stack, const MixPlan& plan, float exposure_stops, int x, int y) {
+    const LayerStack& stack, const mix::MixPlan& plan, float exposure_stops, int x, int y) {
     const image::Image& image = stack.image();
     PixelReadout out;
     out.x = x;
@@ -97,8 +97,8 @@ PixelReadout read_pixel(
 
     const float exposure = std::exp2(exposure_stops);
     Reader reader(stack, plan, out);
-    for (const MixPlan::Term& term : plan.terms) reader.add_term(term, exposure);
-    for (const MixPlan::Term& term : plan.shadow_terms) reader.add_term(term, exposure);
+    for (const mix::MixPlan::Term& term : plan.terms) reader.add_term(term, exposure);
+    for (const mix::MixPlan::Term& term : plan.shadow_terms) reader.add_term(term, exposure);
     for (const accumulate::LayerEntry& entry : stack.header().layers) {
         if (entry.family == "data") {
             reader.add_data(entry.name);

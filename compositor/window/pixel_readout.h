@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "compositor/layer_stack.h"
-#include "compositor/mix.h"
+#include "compositor/io/layer_stack.h"
+#include "compositor/mix/mix.h"
 
 #include <array>
 #include <string>
@@ -34,6 +34,6 @@ struct PixelReadout {
 
 /// x, y within the picture; what is not stored there is 0.
 PixelReadout read_pixel(
-    const LayerStack& stack, const MixPlan& plan, float exposure_stops, int x, int y);
+    const LayerStack& stack, const mix::MixPlan& plan, float exposure_stops, int x, int y);
 
 }  // namespace velatura::compositor::window

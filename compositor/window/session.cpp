@@ -2,9 +2,9 @@
 #include "compositor/window/session.h"
 
 #include "base/atomic_file.h"
-#include "compositor/file_frame.h"
-#include "compositor/fit_look.h"
-#include "compositor/stack_color.h"
+#include "compositor/io/file_frame.h"
+#include "compositor/look/stack_color.h"
+#include "compositor/mix/fit_look.h"
 #include "compositor/window/folder_list.h"
 #include "compositor/window/names_shown.h"
 #include "layers/layer_file.h"
@@ -202,7 +202,7 @@ void Session::refresh(size_t index) {
     look_errors_[index].clear();
     left_out_[index].clear();
     if (is_fitted_[index]) {
-        FittedLook fitted = fit_look(levels_of(index)->stack(0), wanted);
+        mix::FittedLook fitted = mix::fit_look(levels_of(index)->stack(0), wanted);
         wanted = std::move(fitted.look);
         left_out_[index] = std::move(fitted.left_out);
     }
@@ -233,7 +233,7 @@ void Session::refresh(size_t index) {
     }
     LevelPlans drawn;
     if (!mode->matte.empty()) {
-        MixPlan of_matte;
+        mix::MixPlan of_matte;
         of_matte.mattes.push_back({mode->matte, nullptr, {}});
         if (auto read = read_mattes(index, of_matte); !read) {
             look_errors_[index] = read.error().message;
@@ -247,7 +247,7 @@ void Session::refresh(size_t index) {
 }
 
 /// The values of a plan's mattes; those of the looks as they were are not read again.
-Result<void> Session::read_mattes(size_t index, MixPlan& plan) const {
+Result<void> Session::read_mattes(size_t index, mix::MixPlan& plan) const {
     const auto is_known = [&](Matte& matte) {
         for (const auto& picture : pictures_) {
             if (!picture || picture->levels != levels_of(index)) continue;
@@ -271,8 +271,8 @@ Result<void> Session::read_mattes(size_t index, MixPlan& plan) const {
 }
 
 /// As plan_mix.
-Result<MixPlan> Session::plan_for(size_t index, const Look& look) const {
-    auto plan = plan_gains(levels_of(index)->stack(0), look);
+Result<mix::MixPlan> Session::plan_for(size_t index, const Look& look) const {
+    auto plan = mix::plan_gains(levels_of(index)->stack(0), look);
     if (!plan) return plan;
     if (auto read = read_mattes(index, *plan); !read) return read.error();
     return plan;

@@ -283,8 +283,8 @@ class Session {
     void want_neighbour(int step);
     void take_over(const Preset& preset);
     void refresh(size_t index);
-    Result<void> read_mattes(size_t index, MixPlan& plan) const;
-    Result<MixPlan> plan_for(size_t index, const Look& look) const;
+    Result<void> read_mattes(size_t index, mix::MixPlan& plan) const;
+    Result<mix::MixPlan> plan_for(size_t index, const Look& look) const;
     Result<ViewMode> mode_of(size_t index) const;
     Result<std::shared_ptr<const image::DisplayTransform>> transform_for(size_t index,
                                                                          const Look& look);

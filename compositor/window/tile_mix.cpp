@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/window/tile_mix.h"
 
-#include "compositor/fold.h"
+#include "compositor/io/row_values.h"
 #include "image/formats.h"
 
 #include <algorithm>
@@ -18,11 +18,11 @@ layers::StripChannel strip_of(const image::Channel& channel) {
 /// Pixels of a tile that are stored, row by row, for one channel at a time.
 class TileFold {
   public:
-    TileFold(const LayerStack& stack, const MixPlan& plan, const image::Window& stored)
+    TileFold(const LayerStack& stack, const mix::MixPlan& plan, const image::Window& stored)
         : stack_(stack), plan_(plan), stored_(stored) {}
 
     /// Adds what a term brings to channel c; fold: [pixel of the stored part].
-    void add(const MixPlan::Term& term, size_t c, float exposure, std::vector<float>& fold) {
+    void add(const mix::MixPlan::Term& term, size_t c, float exposure, std::vector<float>& fold) {
         const image::Channel* channel = stack_.channel(term.layer, c);
         const image::Channel* clamp =
             term.clamp_layer.empty() ? nullptr : stack_.channel(term.clamp_layer, c);
@@ -35,7 +35,7 @@ class TileFold {
             const size_t pixel = stack_.image().data.index(stored_.x0, y);
             load(channel, pixel, values_);
             if (clamp) give_back(term, *clamp, pixel);
-            if (has_mattes(term)) {
+            if (mix::has_mattes(term)) {
                 for (size_t i = 0; i < width; ++i)
                     values_[i] *= plan_.matte_factor(term, c, pixel + i);
             }
@@ -53,7 +53,7 @@ class TileFold {
         }
     }
 
-    void give_back(const MixPlan::Term& term, const image::Channel& clamp, size_t pixel) {
+    void give_back(const mix::MixPlan::Term& term, const image::Channel& clamp, size_t pixel) {
         taken_.resize(values_.size());
         load(&clamp, pixel, taken_);
         for (size_t i = 0; i < values_.size(); ++i)
@@ -61,7 +61,7 @@ class TileFold {
     }
 
     const LayerStack& stack_;
-    const MixPlan& plan_;
+    const mix::MixPlan& plan_;
     const image::Window& stored_;
     std::vector<float> values_, taken_;
 };
@@ -69,7 +69,7 @@ class TileFold {
 }  // namespace
 
 std::vector<float> mix_tile(const LayerStack& stack,
-                            const MixPlan& plan,
+                            const mix::MixPlan& plan,
                             float exposure_stops,
                             const image::Window& tile) {
     const image::Image& in = stack.image();
@@ -84,8 +84,9 @@ std::vector<float> mix_tile(const LayerStack& stack,
     TileFold tile_fold(stack, plan, stored);
     for (size_t c = 0; c < 3; ++c) {
         std::vector<float> fold(stored.pixel_count(), 0.0f);
-        for (const MixPlan::Term& term : plan.terms) tile_fold.add(term, c, exposure, fold);
-        for (const MixPlan::Term& term : plan.shadow_terms) tile_fold.add(term, c, exposure, fold);
+        for (const mix::MixPlan::Term& term : plan.terms) tile_fold.add(term, c, exposure, fold);
+        for (const mix::MixPlan::Term& term : plan.shadow_terms)
+            tile_fold.add(term, c, exposure, fold);
         for (int y = stored.y0; y < stored.y1; ++y) {
             for (int x = stored.x0; x < stored.x1; ++x)
                 rgb[3 * in_file.index(x, y) + c] = fold[stored.index(x, y)];

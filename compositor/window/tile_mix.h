@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "compositor/layer_stack.h"
-#include "compositor/mix.h"
+#include "compositor/io/layer_stack.h"
+#include "compositor/mix/mix.h"
 #include "image/display.h"
 
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace velatura::compositor::window {
 /// picture (the display window); pixels that are not stored are 0. The numbers of apply_mix, bit
 /// for bit: the same products and sums in the same order.
 std::vector<float> mix_tile(const LayerStack& stack,
-                            const MixPlan& plan,
+                            const mix::MixPlan& plan,
                             float exposure_stops,
                             const image::Window& tile);
 

@@ -70,7 +70,7 @@ class Tile {
 void mark_inputs(const TileSource& source, const Tile& tile, std::vector<uint8_t>& marks) {
     if (source.not_finite.empty()) return;
     for (const auto* terms : {&source.plan.terms, &source.plan.shadow_terms}) {
-        for (const MixPlan::Term& term : *terms) {
+        for (const mix::MixPlan::Term& term : *terms) {
             for (const std::string& layer : {term.layer, term.clamp_layer}) {
                 for (size_t c = 0; c < 3 && !layer.empty(); ++c) {
                     const image::Channel* channel = source.stack.channel(layer, c);

@@ -74,7 +74,7 @@ struct ShownTile {
 /// What a tile is shown from.
 struct TileSource {
     const LayerStack& stack;
-    const MixPlan& plan;
+    const mix::MixPlan& plan;
     float exposure_stops = 0;
     const image::DisplayTransform& transform;
     const std::set<std::string>& not_finite;    ///< channels with such values (Levels)

@@ -53,10 +53,11 @@ add_precompiled(scene HEADERS ${velatura_standard_headers} <fmt/format.h> src/ba
   LIBRARIES Imath::Imath fmt::fmt)
 
 # The set of each tier
-foreach(tier base sampling guiding plugin)
+foreach(tier base canvas sampling guiding plugin)
   set(velatura_set_of_${tier} base)
 endforeach()
-foreach(tier image accumulate statistics layers import study app compositor compositor_window)
+foreach(tier image accumulate statistics layers import study app compositor_io compositor_look compositor_mix
+        compositor_denoise compositor_noise compositor_bake compositor_exports compositor_inspect compositor_window)
   set(velatura_set_of_${tier} json)
 endforeach()
 foreach(tier usd_layer usd_text usd_crate usd_package usd_materialx usd_compose usd_stage translate translate_context translate_color

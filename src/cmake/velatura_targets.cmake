@@ -50,7 +50,7 @@ function(add_tier name)
     add_library(${target} INTERFACE)
     set(scope INTERFACE)
   endif()
-  # Includes read "base/math.h" for the tiers of src and "compositor/mix.h" for the folders of the root
+  # Includes read "base/math.h" for the tiers of src and "compositor/mix/mix.h" for the folders of the root
   set(include_root ${CMAKE_SOURCE_DIR})
   if(CMAKE_CURRENT_SOURCE_DIR MATCHES "^${CMAKE_SOURCE_DIR}/src/")
     set(include_root ${CMAKE_SOURCE_DIR}/src)

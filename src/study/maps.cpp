@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study/maps.h"
 
+#include "canvas/false_color.h"
 #include "statistics/relative_error.h"
 
 #include <algorithm>
@@ -11,28 +12,13 @@ namespace velatura::study {
 
 namespace {
 
-/// From black over violet and orange to white; brighter is more, also in print. t in [0, 1].
-std::array<float, 3> heat(double t) {
-    static constexpr std::array<std::array<double, 3>, 5> stops = {{{0, 0, 0.02},
-                                                                    {0.34, 0.07, 0.43},
-                                                                    {0.74, 0.22, 0.33},
-                                                                    {0.98, 0.55, 0.04},
-                                                                    {0.99, 1.0, 0.85}}};
-    const double x = std::clamp(t, 0.0, 1.0) * 4;
-    const size_t i = std::min(size_t(x), size_t(3));
-    std::array<float, 3> color{};
-    for (size_t c = 0; c < 3; ++c)
-        color[c] = float(stops[i][c] + (stops[i + 1][c] - stops[i][c]) * (x - double(i)));
-    return color;
-}
-
 /// From a 16th of the mean to 16 times it, on a scale of logarithms.
 StudyMap heat_map(std::string name, std::string caption, const std::vector<double>& values) {
     StudyMap map{std::move(name), std::move(caption), {}};
     double mean = 0;
     for (const double v : values) mean += v / double(values.size());
     for (const double v : values) {
-        const auto color = heat(v > 0 && mean > 0 ? (std::log2(v / mean) + 4) / 8 : 0.0);
+        const auto color = canvas::glow(v > 0 && mean > 0 ? (std::log2(v / mean) + 4) / 8 : 0.0);
         map.rgb.insert(map.rgb.end(), color.begin(), color.end());
     }
     return map;

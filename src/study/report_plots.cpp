@@ -108,10 +108,10 @@ std::string to_png(const ReportPlot& plot) {
              PlotDrawing::Anchor::Start, false, 0});
     }
     drawing.texts.push_back({left, -8, plot.title, PlotDrawing::Anchor::Start, false, 0});
-    Raster raster(1200,
-                  int(std::ceil(scale * (key_top + line_height * double(plot.curves.size()) + 8))));
-    raster.draw(drawing, scale, 0, title_height);
-    return to_png(raster.width(), raster.height(), raster.rgb());
+    canvas::Canvas canvas = plot_paper(
+        1200, int(std::ceil(scale * (key_top + line_height * double(plot.curves.size()) + 8))));
+    draw_plot(canvas, drawing, scale, 0, title_height);
+    return to_png(canvas.width(), canvas.height(), canvas.rgb());
 }
 
 }  // namespace velatura::study

@@ -2,8 +2,8 @@
 // What a mix of a large file costs: 40 half layers of 3840×2160, beside plainly reading the same
 // parts with OpenEXR, round by round in one process; and the peak memory of a process that mixes 10
 // and 40 layers. Usage: velatura_bench_mix [--size WIDTH HEIGHT] [--rounds N] [--folder DIR]
-#include "compositor/layer_stack.h"
-#include "compositor/mix.h"
+#include "compositor/io/layer_stack.h"
+#include "compositor/mix/mix.h"
 #include "cpu_clock.h"
 #include "image/exr.h"
 #include "layers/layer_file.h"
@@ -132,9 +132,9 @@ image::Image mix(const std::string& path) {
     if (!file) give_up(file.error());
     const auto layout = compositor::LayerStack::describe(*file, path);
     if (!layout) give_up(layout.error());
-    const auto plan = compositor::plan_mix(*layout, look);
+    const auto plan = compositor::mix::plan_mix(*layout, look);
     if (!plan) give_up(plan.error());
-    auto mixed = compositor::mix_file(*file, *layout, *plan, look, false);
+    auto mixed = compositor::mix::mix_file(*file, *layout, *plan, look, false);
     if (!mixed) give_up(mixed.error());
     return std::move(*mixed);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compositor/controls.h"
+#include "compositor/look/controls.h"
 #include "fuzz_targets.h"
 
 #include <cstdlib>

@@ -35,7 +35,7 @@ READERS = {
     "usdz": ["src/usd/package/", "src/base/zip_archive"],
     "mtlx": ["src/usd/materialx/"],
     "plugin": ["src/plugin/manifest"],
-    "preset": ["compositor/look[.]cpp", "compositor/controls"],
+    "preset": ["compositor/look/look[.]cpp", "compositor/look/controls"],
     "topup": ["src/layers/top_up"],
     "layers": ["src/(layers|accumulate)/(layer_header|layer_set|sums_part|stored_counts)"],
     "exr": ["src/image/exr[.]cpp", "src/image/exr_header", "src/base/exr_headers", "src/layers/deep_file", "src/layers/strip_reader"],

@@ -20,8 +20,14 @@ const std::map<std::string, std::set<std::string>>& tier_table() {
         for (const std::string& name : below) all.insert("translate/" + name);
         return all;
     };
+    static const auto room_of_compositor = [](std::set<std::string> below) {
+        std::set<std::string> all = {"image", "accumulate", "statistics", "layers", "canvas"};
+        for (const std::string& name : below) all.insert("compositor/" + name);
+        return all;
+    };
     static const std::map<std::string, std::set<std::string>> table = {
         {"base", {}},
+        {"canvas", {}},
         {"image", {"plugin"}},
         {"accumulate", {"image"}},
         {"statistics", {"accumulate", "image"}},
@@ -61,12 +67,23 @@ const std::map<std::string, std::set<std::string>>& tier_table() {
         {"integrator", with({"integrator/classic"})},
         {"render", with({"integrator", "plugin", "translate", "usd/stage"})},
         {"selftest", with({"integrator", "render"})},
-        {"study", {"statistics", "image"}},
+        {"study", {"statistics", "image", "canvas"}},
         {"app", with({"plugin", "import", "usd/layer", "usd/text", "usd/crate", "usd/package",
                       "usd/materialx", "usd/compose", "usd/stage", "translate", "integrator",
                       "render", "selftest", "study"})},
-        {"compositor", {"image", "accumulate", "statistics", "layers"}},
-        {"compositor/window", {"compositor", "image", "accumulate", "statistics", "layers"}},
+        {"compositor/io", room_of_compositor({})},
+        {"compositor/look", room_of_compositor({"io"})},
+        {"compositor/mix", room_of_compositor({"io", "look"})},
+        {"compositor/denoise", room_of_compositor({"io"})},
+        {"compositor/noise", room_of_compositor({"io", "look", "mix"})},
+        {"compositor/bake", room_of_compositor({"io", "look", "mix", "noise"})},
+        {"compositor/exports", room_of_compositor({"io", "look", "mix"})},
+        {"compositor/inspect", room_of_compositor({"io", "look"})},
+        {"compositor", {}},
+        {"compositor/cli", room_of_compositor({"io", "look", "mix", "denoise", "noise", "bake",
+                                               "exports", "inspect"})},
+        {"compositor/window",
+         room_of_compositor({"io", "look", "mix", "noise", "bake", "exports"})},
     };
     return table;
 }
@@ -96,7 +113,7 @@ const std::vector<Library>& library_table() {
         {"openvdb/", {"plugins/volume/"}},
         {"nanovdb/", {"plugins/volume/"}},
         {"embree3/", {"plugins/embree/"}},
-        {"stb/", {"src/image/", "src/study/"}},
+        {"stb/", {"src/canvas/", "src/study/"}},
     };
     return table;
 }

@@ -79,11 +79,8 @@ bool may_include(const std::string& tier, const std::string& other) {
 }
 
 bool is_command_line_file(const SourceFile& file) {
-    const std::string name = base_name(file.path);
-    return file.is_below("src/app/") ||
-           (file.is_below("compositor/") &&
-            (name.find("main") != std::string::npos || name.find("cli") != std::string::npos ||
-             name.find("command") != std::string::npos));
+    return file.is_below("src/app/") || file.is_below("compositor/cli/") ||
+           file.path == "compositor/window/main.cpp";
 }
 
 }  // namespace

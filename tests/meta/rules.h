@@ -22,7 +22,8 @@ SourceFile make_file(std::string path, const std::string& text);
 /// Every text file below the folders and files of the root that the project keeps, sorted by path.
 std::vector<SourceFile> read_tree(const std::string& root);
 
-/// "src/usd/text/lexer.h" → "usd/text"; "compositor/mix.h" → "compositor"; empty outside the tiers.
+/// "src/usd/text/lexer.h" → "usd/text"; "compositor/mix/mix.h" → "compositor/mix"; empty outside
+/// the tiers.
 std::string tier_of(const std::string& path);
 
 /// The rules: each returns one line per violation, "path:line: what is wrong". All look only at

@@ -17,7 +17,7 @@ TEST(Rules, TierIsTheLongestFolderOfTheTable) {
     EXPECT_EQ(tier_of("src/usd/text/detail/lexer.h"), "usd/text");
     EXPECT_EQ(tier_of("src/usd/text/generated/words_tables.cpp"), "usd/text");
     EXPECT_EQ(tier_of("src/base/math.h"), "base");
-    EXPECT_EQ(tier_of("compositor/mix.h"), "compositor");
+    EXPECT_EQ(tier_of("compositor/mix/mix.h"), "compositor/mix");
     EXPECT_EQ(tier_of("compositor/window/session.h"), "compositor/window");
     EXPECT_EQ(tier_of("src/nowhere/a.h"), "");
     EXPECT_EQ(tier_of("tests/base/a.cpp"), "");
@@ -29,13 +29,15 @@ TEST(Rules, TierIncludes) {
     EXPECT_EQ(
         check_tier_includes(make_file("src/scene/a.cpp", "\n#include \"usd/stage/prim.h\"\n")),
         (Violations{"src/scene/a.cpp:2: scene must not include usd/stage (\"usd/stage/prim.h\")"}));
-    EXPECT_EQ(
-        check_tier_includes(make_file("compositor/mix.cpp", "#include \"film/film.h\"\n")).size(),
-        1u);
-    EXPECT_EQ(check_tier_includes(
-                  make_file("compositor/mix.cpp", "#include \"compositor/window/session.h\"\n"))
+    EXPECT_EQ(check_tier_includes(make_file("compositor/mix/mix.cpp", "#include \"film/film.h\"\n"))
                   .size(),
               1u);
+    for (const char* above : {"window/session.h", "bake/bake.h", "cli/commands.h"})
+        EXPECT_EQ(
+            check_tier_includes(make_file("compositor/mix/mix.cpp",
+                                          std::string("#include \"compositor/") + above + "\"\n"))
+                .size(),
+            1u);
     EXPECT_EQ(check_tier_includes(make_file("src/usd/text/a.h", "#include \"usd/stage/prim.h\"\n"))
                   .size(),
               1u);
@@ -50,10 +52,10 @@ TEST(Rules, TierIncludes) {
                               "#include \"base/math.h\"\n#include \"accel/node.h\"\n#include "
                               "\"geometry/point.h\"\n#include <vector>\n"))
                     .empty());
-    EXPECT_TRUE(
-        check_tier_includes(make_file("compositor/a.cpp",
-                                      "#include \"compositor/mix.h\"\n#include \"image/exr.h\"\n"))
-            .empty());
+    EXPECT_TRUE(check_tier_includes(
+                    make_file("compositor/bake/a.cpp",
+                              "#include \"compositor/mix/mix.h\"\n#include \"image/exr.h\"\n"))
+                    .empty());
 }
 
 TEST(Rules, OneRenderer) {
@@ -103,7 +105,8 @@ TEST(Rules, Libraries) {
             .size(),
         1u);
     EXPECT_EQ(check_libraries(make_file("src/image/a.cpp", "#include <CLI/CLI.hpp>\n")).size(), 1u);
-    EXPECT_EQ(check_libraries(make_file("compositor/mix.cpp", "#include <imgui.h>\n")).size(), 1u);
+    EXPECT_EQ(check_libraries(make_file("compositor/mix/mix.cpp", "#include <imgui.h>\n")).size(),
+              1u);
     EXPECT_EQ(check_libraries(make_file("src/accel/a.cpp", "#include <embree3/rtcore.h>\n")).size(),
               1u);
     EXPECT_EQ(check_libraries(make_file("src/base/a.cpp", "#include <boost/any.hpp>\n")).size(),
@@ -221,11 +224,13 @@ TEST(Rules, Silence) {
     EXPECT_EQ(check_silence(make_file("src/film/a.cpp", "std::cerr << 1;\n")).size(), 1u);
     EXPECT_EQ(check_silence(make_file("src/film/a.cpp", "std::fprintf(stderr, \"x\");\n")).size(),
               1u);
-    EXPECT_EQ(check_silence(make_file("compositor/mix.cpp", "fmt::print(\"x\");\n")).size(), 1u);
+    EXPECT_EQ(check_silence(make_file("compositor/mix/mix.cpp", "fmt::print(\"x\");\n")).size(),
+              1u);
     EXPECT_TRUE(
         check_silence(make_file("src/film/a.cpp", "std::snprintf(b, 3, \"x\");\n")).empty());
     EXPECT_TRUE(check_silence(make_file("src/app/main.cpp", "fmt::print(\"x\");\n")).empty());
-    EXPECT_TRUE(check_silence(make_file("compositor/main.cpp", "fmt::print(\"x\");\n")).empty());
+    EXPECT_TRUE(
+        check_silence(make_file("compositor/cli/main.cpp", "fmt::print(\"x\");\n")).empty());
 }
 
 TEST(Rules, TestIsReal) {

@@ -161,17 +161,17 @@ TEST(Plots, ArePicturesOfTheirOwn) {
 }
 
 TEST(Raster, LinesCoverWhatTheyAreLongAndWide) {
-    Raster raster(100, 60);
+    canvas::Canvas canvas = plot_paper(100, 60);
     PlotDrawing drawing{.width = 50,
                         .height = 30,
                         .lines = {{{{5, 5}, {45, 25}}, 1, 2.0, false}},
                         .dots = {},
                         .texts = {}};
-    const std::vector<float> before = raster.rgb();
-    raster.draw(drawing, 2, 0, 0);
+    const std::vector<float> before = canvas.rgb();
+    draw_plot(canvas, drawing, 2, 0, 0);
     double covered = 0;
     for (size_t i = 0; i < before.size(); i += 3)
-        covered += double((before[i] - raster.rgb()[i]) / (before[i] - 42 / 255.0f));
+        covered += double((before[i] - canvas.rgb()[i]) / (before[i] - 42 / 255.0f));
     // As wide as two thirds of the plot's units, with a round end of half a circle each
     const double width = 2 * 2.0 * 0.7, length = 2 * std::hypot(40, 20);
     EXPECT_NEAR(covered, width * length + 3.14159 / 4 * width * width, 0.03 * width * length);
@@ -180,18 +180,18 @@ TEST(Raster, LinesCoverWhatTheyAreLongAndWide) {
 TEST(Raster, LettersStandWhereTheyAreAnchored) {
     for (const auto anchor :
          {PlotDrawing::Anchor::Start, PlotDrawing::Anchor::Middle, PlotDrawing::Anchor::End}) {
-        Raster raster(400, 60);
+        canvas::Canvas canvas = plot_paper(400, 60);
         const PlotDrawing drawing{.width = 400,
                                   .height = 60,
                                   .lines = {},
                                   .dots = {},
                                   .texts = {{200, 40, "HHHHHHHH", anchor}}};
-        const std::vector<float> before = raster.rgb();
-        raster.draw(drawing, 1, 0, 0);
+        const std::vector<float> before = canvas.rgb();
+        draw_plot(canvas, drawing, 1, 0, 0);
         int left = 400, right = 0, top = 60, bottom = 0;
         for (int y = 0; y < 60; ++y) {
             for (int x = 0; x < 400; ++x) {
-                if (raster.rgb()[3 * (size_t(y) * 400 + size_t(x))] == before[0]) continue;
+                if (canvas.rgb()[3 * (size_t(y) * 400 + size_t(x))] == before[0]) continue;
                 left = std::min(left, x);
                 right = std::max(right, x);
                 top = std::min(top, y);

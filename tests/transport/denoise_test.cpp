@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // What denoising is worth to mixes of real renders: error before and after, against many samples.
-#include "compositor/denoise.h"
+#include "compositor/denoise/denoise.h"
 
-#include "compositor/mix.h"
-#include "compositor/noise.h"
+#include "compositor/mix/mix.h"
+#include "compositor/noise/noise.h"
 #include "transport/mixes.h"
 #include "transport/transport_scene.h"
 
@@ -23,12 +23,13 @@ constexpr int width = 144, height = 108;
 constexpr uint64_t samples = 16, reference_samples = 256;
 
 image::Image mixed(const LayerStack& stack, const Look& look) {
-    return compositor::apply_mix(stack, *compositor::plan_mix(stack, look), look, false);
+    return compositor::mix::apply_mix(stack, *compositor::mix::plan_mix(stack, look), look, false);
 }
 
 /// What is left of the noise in the mix itself, as relMSE, from its half images.
 double noise_of(const LayerStack& stack, const Look& look) {
-    const auto mix = compositor::mix_error(stack, *compositor::plan_mix(stack, look), look);
+    const auto mix =
+        compositor::noise::mix_error(stack, *compositor::mix::plan_mix(stack, look), look);
     EXPECT_TRUE(mix.has_value());
     double sum = 0;
     for (size_t c = 0; c < 3; ++c) {
@@ -63,8 +64,8 @@ TEST_P(DenoiseOfMixes, IsThreeTimesBetter) {
     layers.matrix_layers = layers.halves = layers.data_layers = true;
     layers.last_bounce = 3;
     const LayerStack noisy = through_file(renderer.render_film(1, samples, {}, layers));
-    compositor::DenoiseReport report;
-    auto filtered = compositor::denoise(noisy, report);
+    compositor::denoise::DenoiseReport report;
+    auto filtered = compositor::denoise::denoise(noisy, report);
     ASSERT_TRUE(filtered.has_value()) << filtered.error().message;
     const auto clean = LayerStack::from_image(std::move(*filtered));
     ASSERT_TRUE(clean.has_value());

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What `velatura-comp noise` forecasts of a mix, from one render, against what many renders show.
 #include "base/hash.h"
-#include "compositor/noise.h"
+#include "compositor/noise/noise.h"
 #include "transport/mixes.h"
 #include "transport/transport_scene.h"
 
@@ -16,7 +16,7 @@ namespace {
 
 using compositor::LayerStack;
 using compositor::Look;
-using compositor::MixError;
+using compositor::noise::MixError;
 
 constexpr int size_px = 24;  ///< pictures are size_px × size_px
 constexpr size_t mix_count = 20;
@@ -36,7 +36,7 @@ Look random_look(uint64_t number, const LayerStack& stack) {
 }
 
 MixError mix_of(const LayerStack& stack, const Look& look) {
-    auto mix = compositor::mix_error(stack, *compositor::plan_mix(stack, look), look);
+    auto mix = compositor::noise::mix_error(stack, *compositor::mix::plan_mix(stack, look), look);
     EXPECT_TRUE(mix.has_value());
     return std::move(*mix);
 }

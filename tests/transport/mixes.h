@@ -2,8 +2,8 @@
 // Renders as the compositor gets them, and looks.
 #pragma once
 
-#include "compositor/controls.h"
-#include "compositor/layer_stack.h"
+#include "compositor/io/layer_stack.h"
+#include "compositor/look/controls.h"
 #include "film/film.h"
 
 #include <gtest/gtest.h>

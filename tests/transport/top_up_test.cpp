@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Samples that follow a mix: the mean stays, the error falls as forecast, and however often the
 // work is stopped the bits stay.
-#include "compositor/top_up.h"
+#include "compositor/noise/top_up.h"
 
 #include "base/hash.h"
 #include "integrator/schedule.h"
@@ -81,9 +81,9 @@ std::vector<uint64_t> counts_of(const film::Film& film) {
     return counts;
 }
 
-compositor::TopUpPlan plan_for(const film::Film& film, const Look& look, double samples) {
-    auto plan = compositor::plan_top_up(through_file(film), counts_of(film), look,
-                                        {.target = {}, .samples = samples});
+compositor::noise::TopUpPlan plan_for(const film::Film& film, const Look& look, double samples) {
+    auto plan = compositor::noise::plan_top_up(through_file(film), counts_of(film), look,
+                                               {.target = {}, .samples = samples});
     EXPECT_TRUE(plan.has_value());
     return std::move(*plan);
 }
@@ -159,7 +159,7 @@ TEST(TopUp, TheMeanOfAllSamplesStays) {
     Mean placed, by_own_noise;
     for (uint64_t seed = 0; seed < 120; ++seed) {
         film::Film film = first_render(seed, 8);
-        const compositor::TopUpPlan plan = plan_for(film, lamp_by(2), 40);
+        const compositor::noise::TopUpPlan plan = plan_for(film, lamp_by(2), 40);
         top_up(film, plan.request, 40, lamp_and_fill(seed));
         placed.add(lamp_mean(film));
 
@@ -186,11 +186,12 @@ TEST(TopUp, BringsTheErrorThatItForecasts) {
     constexpr int runs = 30;
     for (uint64_t seed = 0; seed < runs; ++seed) {
         film::Film film = first_render(seed + 1000, 64, usual);
-        const compositor::TopUpPlan plan = plan_for(film, lamp_by(2), 256);
+        const compositor::noise::TopUpPlan plan = plan_for(film, lamp_by(2), 256);
         top_up(film, plan.request, 256, lamp_and_fill(seed + 1000, usual));
         samples += film.noise().samples_mean / runs;
-        const auto error = compositor::mix_error(
-            through_file(film), *compositor::plan_mix(through_file(film), lamp_by(2)), lamp_by(2));
+        const auto error = compositor::noise::mix_error(
+            through_file(film), *compositor::mix::plan_mix(through_file(film), lamp_by(2)),
+            lamp_by(2));
         ASSERT_TRUE(error.has_value());
         double relative = 0, relative_before = 0;
         for (size_t i = 0; i < window.pixel_count(); ++i) {
@@ -214,7 +215,7 @@ TEST(TopUp, BringsTheErrorThatItForecasts) {
 
 TEST(TopUp, HoweverOftenItIsStoppedTheBitsAreTheSame) {
     film::Film whole = first_render(5, 20);
-    const compositor::TopUpPlan plan = plan_for(whole, lamp_by(2), 60);
+    const compositor::noise::TopUpPlan plan = plan_for(whole, lamp_by(2), 60);
     top_up(whole, plan.request, 60, lamp_and_fill(5));
     EXPECT_EQ(counts_of(whole), layers::place_samples(window, plan.request.priority,
                                                       counts_of(first_render(5, 20)), 60));

@@ -78,7 +78,7 @@ TEST(Levels, OfAForeignFileHoldItsRows) {
     EXPECT_EQ(small.group_names(), levels->stack(0).group_names());
     Look look;
     look.controls = {*parse_control(Control::Kind::Mute, "lamp")};
-    const auto plan = plan_mix(levels->stack(0), look);
+    const auto plan = mix::plan_mix(levels->stack(0), look);
     ASSERT_TRUE(plan.has_value());
     for (const size_t level : {0u, 1u})
         EXPECT_EQ(mix_tile(levels->stack(level), *plan, 0, {0, 0, 1, 1}),

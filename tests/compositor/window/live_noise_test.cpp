@@ -10,9 +10,9 @@
 namespace velatura::compositor::window {
 namespace {
 
-double share_of(const std::vector<RowNoise>& rows, const std::string& name) {
-    const auto at =
-        std::find_if(rows.begin(), rows.end(), [&](const RowNoise& r) { return r.name == name; });
+double share_of(const std::vector<noise::RowNoise>& rows, const std::string& name) {
+    const auto at = std::find_if(rows.begin(), rows.end(),
+                                 [&](const noise::RowNoise& r) { return r.name == name; });
     return at == rows.end() ? -1 : at->share;
 }
 
@@ -22,7 +22,7 @@ TEST(LiveNoise, AllItsPartsAreTheForecastOfTheFile) {
     Look look;
     look.controls = {*parse_control(Control::Kind::Gain, "indirect=+2st"),
                      *parse_control(Control::Kind::Mute, "sky")};
-    const auto plan = plan_mix(*stack, look);
+    const auto plan = mix::plan_mix(*stack, look);
     ASSERT_TRUE(plan.has_value());
     LiveNoise noise(*stack);
     ASSERT_GE(noise.part_count(), 2u);
@@ -35,13 +35,13 @@ TEST(LiveNoise, AllItsPartsAreTheForecastOfTheFile) {
     }
     EXPECT_TRUE(noise.is_done());
     EXPECT_EQ(noise.share(), 1);
-    const auto forecast = forecast_noise(*stack, look, 1e30);
+    const auto forecast = noise::forecast_noise(*stack, look, 1e30);
     ASSERT_TRUE(forecast.has_value());
     EXPECT_NEAR(noise.mix(), forecast->mix.value, 1e-9 * forecast->mix.value);
     EXPECT_NEAR(noise.rendered(), forecast->rendered.value, 1e-9 * forecast->rendered.value);
-    for (const RowNoise& row : forecast->groups)
+    for (const noise::RowNoise& row : forecast->groups)
         EXPECT_NEAR(share_of(noise.groups(), row.name), row.share, 1e-9);
-    for (const RowNoise& row : forecast->bounces)
+    for (const noise::RowNoise& row : forecast->bounces)
         EXPECT_NEAR(share_of(noise.bounces(), row.name), row.share, 1e-9);
     // A part of the rows tells about the whole
     EXPECT_NEAR(first, noise.mix(), 0.5 * noise.mix());
@@ -58,13 +58,13 @@ TEST(LiveNoise, KnowsAMatteFromAnotherFile) {
     Look look;
     look.controls = {*parse_control(Control::Kind::Gain, "indirect=+3st")};
     look.controls[0].matte = path + ":M";
-    const auto plan = plan_mix(*stack, look);
+    const auto plan = mix::plan_mix(*stack, look);
     ASSERT_TRUE(plan.has_value());
     LiveNoise noise(*stack);
     ASSERT_GE(noise.part_count(), 2u);
     while (!noise.is_done()) noise.advance(*stack, *plan, look);
     EXPECT_EQ(noise.error(), "");
-    const auto forecast = forecast_noise(*stack, look, 1e30);
+    const auto forecast = noise::forecast_noise(*stack, look, 1e30);
     ASSERT_TRUE(forecast.has_value());
     EXPECT_NEAR(noise.mix(), forecast->mix.value, 1e-9 * forecast->mix.value);
     EXPECT_GT(noise.mix(), 1.01 * noise.rendered());
@@ -78,7 +78,7 @@ TEST(LiveNoise, SaysWhatIsMissing) {
     const auto stack = LayerStack::load(path);
     ASSERT_TRUE(stack.has_value());
     LiveNoise noise(*stack);
-    noise.advance(*stack, *plan_mix(*stack, {}), {});
+    noise.advance(*stack, *mix::plan_mix(*stack, {}), {});
     EXPECT_TRUE(noise.is_done());
     EXPECT_NE(noise.error().find("--halves"), std::string::npos);
 }

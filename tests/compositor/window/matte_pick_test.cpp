@@ -2,7 +2,7 @@
 // Objects of a Cryptomatte under the mouse, and mattes of them.
 #include "compositor/window/matte_pick.h"
 
-#include "compositor/mattes.h"
+#include "compositor/look/mattes.h"
 #include "window_stack.h"
 
 #include <gtest/gtest.h>

@@ -290,10 +290,10 @@ TEST(Session, KeysAreReadAtTheFrameAndKept) {
     const auto picture_is_that_of = [&](double frame) {
         const PictureTask& task = *session.picture(0);
         const Look look = look_at(session.look(), frame);
-        const auto plan = plan_mix(session.stack(), look);
+        const auto plan = mix::plan_mix(session.stack(), look);
         EXPECT_TRUE(plan.has_value());
-        const auto expected = apply_mix(session.stack(), *plan, look, false);
-        const auto shown = apply_mix(session.stack(), *task.plans[0], task.look, false);
+        const auto expected = mix::apply_mix(session.stack(), *plan, look, false);
+        const auto shown = mix::apply_mix(session.stack(), *task.plans[0], task.look, false);
         return std::get<std::vector<float>>(shown.find("G")->data) ==
                std::get<std::vector<float>>(expected.find("G")->data);
     };
@@ -522,7 +522,7 @@ TEST(Session, WritesTheMixedFile) {
     const auto written = layers::read_layer_file(path);
     ASSERT_TRUE(written.has_value());
     const PictureTask& task = *session.picture(0);
-    const image::Image expected = apply_mix(session.stack(), *task.plans[0], task.look, false);
+    const image::Image expected = mix::apply_mix(session.stack(), *task.plans[0], task.look, false);
     for (size_t i = 0; i < expected.data.pixel_count(); ++i)
         ASSERT_EQ(written->find("G")->value(i), expected.find("G")->value(i));
 }

@@ -32,9 +32,9 @@ Look strong_look() {
 TEST(TileMix, IsApplyMixBitForBit) {
     const LayerStack& stack = small_levels()->stack(0);
     for (const Look& look : {Look(), strong_look()}) {
-        const auto plan = plan_mix(stack, look);
+        const auto plan = mix::plan_mix(stack, look);
         ASSERT_TRUE(plan.has_value());
-        const image::Image whole = apply_mix(stack, *plan, look, false);
+        const image::Image whole = mix::apply_mix(stack, *plan, look, false);
         for (const image::Window& tile :
              {image::Window{0, 0, 48, 33}, {5, 7, 6, 8}, {17, 0, 48, 12}}) {
             const std::vector<float> rgb = mix_tile(stack, *plan, look.exposure_stops, tile);
@@ -59,9 +59,9 @@ TEST(TileMix, KeepsToMattes) {
     ASSERT_TRUE(write_matte(path, stack).has_value());
     Look look = strong_look();
     for (const size_t i : {size_t(0), size_t(5)}) look.controls[i].matte = path + ":M";
-    const auto plan = plan_mix(stack, look);
+    const auto plan = mix::plan_mix(stack, look);
     ASSERT_TRUE(plan.has_value()) << plan.error().message;
-    const image::Image whole = apply_mix(stack, *plan, look, false);
+    const image::Image whole = mix::apply_mix(stack, *plan, look, false);
     const image::Window tile = {7, 3, 40, 30};
     const std::vector<float> rgb = mix_tile(stack, *plan, look.exposure_stops, tile);
     for (int y = tile.y0; y < tile.y1; ++y) {
@@ -73,7 +73,7 @@ TEST(TileMix, KeepsToMattes) {
     }
     // A matte of a smaller level is as small
     const auto levels = levels_of(window_file("mattes.exr", {0, 0, 200, 110}, {}, 1));
-    MixPlan matted;
+    mix::MixPlan matted;
     matted.mattes.push_back(
         {"", std::make_shared<const std::vector<float>>(size_t(200 * 110), 0.25f)});
     const auto plans = plans_by_level(*levels, matted);
@@ -85,10 +85,11 @@ TEST(TileMix, KeepsToMattes) {
 TEST(TileMix, ShowsTheBytesOfTheWrittenPicture) {
     const LayerStack& stack = small_levels()->stack(0);
     const Look look = strong_look();
-    const auto plan = plan_mix(stack, look);
+    const auto plan = mix::plan_mix(stack, look);
     ASSERT_TRUE(plan.has_value());
     const std::string path = film::temporary_file("shown.png");
-    ASSERT_TRUE(write_display(path, apply_mix(stack, *plan, look, false), look).has_value());
+    ASSERT_TRUE(
+        mix::write_display(path, mix::apply_mix(stack, *plan, look, false), look).has_value());
     const auto picture = image::read_rgb_image(path, image::SourceColorSpace::Raw);
     ASSERT_TRUE(picture.has_value());
     const auto transform =
@@ -108,7 +109,7 @@ TEST(TileMix, ShowsTheBytesOfTheWrittenPicture) {
 TEST(PixelReadout, ItsLayersAddUpToTheMix) {
     const LayerStack& stack = small_levels()->stack(0);
     const Look look = strong_look();
-    const auto plan = plan_mix(stack, look);
+    const auto plan = mix::plan_mix(stack, look);
     ASSERT_TRUE(plan.has_value());
     const PixelReadout pixel = read_pixel(stack, *plan, look.exposure_stops, 20, 11);
     std::array<float, 3> sum{};
@@ -149,9 +150,9 @@ TEST(PixelReadout, AgreesWithThePictureWithinMattesAndClamps) {
         look.controls.push_back(*parse_control(kind, text));
     for (size_t i = 0; i < 3; ++i) look.controls[i].matte = matte + ":M";
     look.exposure_stops = 0.3f;
-    const auto plan = plan_mix(*stack, look);
+    const auto plan = mix::plan_mix(*stack, look);
     ASSERT_TRUE(plan.has_value()) << plan.error().message;
-    const image::Image mixed = apply_mix(*stack, *plan, look, false);
+    const image::Image mixed = mix::apply_mix(*stack, *plan, look, false);
     bool is_given_back = false;
     for (const auto& [x, y] : {std::pair{0, 0}, {5, 0}, {17, 9}, {36, 20}}) {
         const PixelReadout pixel = read_pixel(*stack, *plan, look.exposure_stops, x, y);
@@ -172,7 +173,7 @@ TEST(PixelReadout, AgreesWithThePictureWithinMattesAndClamps) {
 
 TEST(PixelReadout, OutsideWhatIsStoredIsBlack) {
     const LayerStack& stack = small_levels()->stack(0);
-    const auto plan = plan_mix(stack, {});
+    const auto plan = mix::plan_mix(stack, {});
     const PixelReadout pixel = read_pixel(stack, *plan, 0, 0, 0);
     EXPECT_EQ(pixel.mix, (std::array<float, 3>{}));
     EXPECT_EQ(pixel.alpha, 0);

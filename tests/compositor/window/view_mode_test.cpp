@@ -63,7 +63,7 @@ std::shared_ptr<const Levels> two_lights(float beauty_5 = 0.75f, float two_5 = 0
 
 /// The numbers as they are: 0.5 is byte 128.
 ShownTile shown(const Levels& levels, const ViewMode& mode, const Look& look = {}) {
-    const auto plan = plan_mix(levels.stack(0), look);
+    const auto plan = mix::plan_mix(levels.stack(0), look);
     EXPECT_TRUE(plan.has_value());
     const auto transform = image::DisplayTransform::make("sRGB", "Raw");
     EXPECT_TRUE(transform.has_value());
@@ -148,7 +148,7 @@ TEST(ShownLayers, HalfImagesAreListedLast) {
 
 TEST(ViewMode, TheMixInColorIsThatOfTheCommand) {
     const auto levels = small_levels();
-    const auto plan = plan_mix(levels->stack(0), {});
+    const auto plan = mix::plan_mix(levels->stack(0), {});
     const auto transform = image::DisplayTransform::make("", "");
     ASSERT_TRUE(plan.has_value() && transform.has_value());
     const ShownTile tile = show_tile(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compositor/layer_stack.h"
+#include "compositor/io/layer_stack.h"
 
 #include <iostream>
 

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/command_line.h"
+#include "base/memory_limit.h"
+#include "compositor/cli/command_outcome.h"
+#include "compositor/cli/commands.h"
+
+#include <cstdio>
+#include <exception>
+#include <functional>
+#include <optional>
+#include <string>
+
+namespace velatura::compositor::cli {
+
+namespace {
+
+int run_command(int argc, char** argv) {
+    CommandLine app("Recombines the light layers of a Velatura render.", "velatura-comp");
+    app.add_version_flag(std::string("velatura-comp ") + VELATURA_VERSION);
+    app.require_subcommand();
+    app.footer(
+        "Exit codes: 0 done, 1 file or output error, 2 usage, 3 done in part, 4 check failed or "
+        "files differ, 5 merge refused.");
+    std::function<int()> run;
+    add_info_command(app, run);
+    add_mix_command(app, run);
+    add_noise_command(app, run);
+    add_request_command(app, run);
+    add_ui_command(app, run);
+    add_verify_command(app, run);
+    add_diff_command(app, run);
+    add_merge_command(app, run);
+    add_view_command(app, run);
+    add_export_command(app, run);
+    add_denoise_command(app, run);
+    add_preset_command(app, run);
+    add_bake_command(app, run);
+    if (const std::optional<CommandExit> ended = app.parse(argc, argv)) {
+        std::fputs(ended->text.c_str(), ended->code == done ? stdout : stderr);
+        return ended->code;
+    }
+    return run ? run() : int(usage);
+}
+
+}  // namespace
+
+}  // namespace velatura::compositor::cli
+
+int main(int argc, char** argv) {
+    using namespace velatura::compositor::cli;
+    try {
+        velatura::put_memory_aside();
+        return run_command(argc, argv);
+    } catch (const std::exception& e) {
+        // Printing takes no memory, of which there may be none
+        std::fprintf(stderr, "velatura-comp: error: %s\n", e.what());
+        return failed;
+    }
+}

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/cli/command_outcome.h"
+#include "compositor/cli/commands.h"
+#include "compositor/cli/frame_runs.h"
+#include "compositor/cli/look_command_options.h"
+#include "compositor/cli/noise_report.h"
+#include "compositor/io/layer_stack.h"
+#include "compositor/io/picture_name.h"
+#include "compositor/noise/error_map.h"
+#include "layers/layer_file.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace velatura::compositor::cli {
+
+namespace {
+
+struct NoiseOptions {
+    std::string input, output, stats, frames;
+    std::optional<std::string> target;
+    LookOptions look;
+    bool json = false;
+};
+
+std::string duration(double seconds) {
+    if (seconds < 120) return fmt::format("{:.0f} s", seconds);
+    if (seconds < 7200) return fmt::format("{:.0f} min", seconds / 60);
+    return fmt::format("{:.1f} h", seconds / 3600);
+}
+
+std::string text_of(const noise::ControlCap& cap) {
+    const bool is_gain = cap.control.kind == Control::Kind::Gain;
+    const std::string option = (is_gain ? "--gain " : "--shadow ") + cap.control.target;
+    if (!cap.most) return fmt::format("Taking back {} does not reach it.", option);
+    return is_gain && *cap.most > 0
+               ? fmt::format("Or {}={:+.2f}st in place of {}.", option,
+                             std::round(100 * std::log2(*cap.most)) / 100 + 0.0, cap.control.value)
+               : fmt::format("Or {}={:.2g} in place of {}.", option, *cap.most, cap.control.value);
+}
+
+/// Per pixel, in the mean.
+double mean_samples(const LayerStack& stack) {
+    const layers::SampleInfo& s = stack.header().samples;
+    const image::Channel* counts = stack.image().find("sampleCount");
+    if (!counts || counts->size() == 0) return double(s.end - s.first);
+    double sum = 0;
+    image::for_each_value(*counts, [&](size_t, float n) { sum += double(n); });
+    return sum / double(counts->size());
+}
+
+void print_text(const noise::NoiseForecast& f,
+                double samples,
+                std::optional<double> seconds,
+                std::optional<int> frame) {
+    if (frame) fmt::print("frame {}\n", *frame);
+    fmt::print("as rendered  {}\nthis mix     {}\n", interval(f.rendered), interval(f.mix));
+    if (f.error.storage > f.mix.value / 3)
+        fmt::print("Half floats round by {}: render with --float-layers to see what is below.\n",
+                   percent(f.error.storage));
+    const noise::NoiseAdvice& a = f.advice;
+    if (a.sample_factor <= 1) {
+        fmt::print("{} is reached.\n", percent(a.target));
+    } else {
+        fmt::print("{} needs about {:.3g} times the samples ({:.0f} per pixel{}).\n",
+                   percent(a.target), a.sample_factor, std::ceil(a.sample_factor * samples),
+                   seconds ? ", " + duration(a.sample_factor * *seconds) : "");
+        for (const noise::ControlCap& cap : a.caps) fmt::print("{}\n", text_of(cap));
+    }
+    fmt::print("{}", shares_text(f));
+}
+
+nlohmann::ordered_json json_of(const statistics::RelativeError& error) {
+    return {{"value", error.value},
+            {"low", error.low},
+            {"high", error.high},
+            {"isLower", error.is_lower}};
+}
+
+nlohmann::ordered_json json_of(const std::vector<noise::RowNoise>& rows) {
+    auto j = nlohmann::ordered_json::array();
+    for (const noise::RowNoise& row : rows) j.push_back({{"name", row.name}, {"share", row.share}});
+    return j;
+}
+
+void print_json(const noise::NoiseForecast& f,
+                double samples,
+                std::optional<double> seconds,
+                std::optional<int> frame) {
+    nlohmann::ordered_json j;
+    j["schema"] = "velatura.noise/1";
+    if (frame) j["frame"] = *frame;
+    j["rendered"] = json_of(f.rendered);
+    j["mix"] = json_of(f.mix);
+    j["storage"] = f.error.storage;
+    const noise::NoiseAdvice& a = f.advice;
+    auto& advice = j["advice"];
+    advice["target"] = a.target;
+    advice["sampleFactor"] = a.sample_factor;
+    advice["samples"] = std::ceil(a.sample_factor * samples);
+    if (seconds) advice["seconds"] = a.sample_factor * *seconds;
+    advice["caps"] = nlohmann::ordered_json::array();
+    for (const noise::ControlCap& cap : a.caps) {
+        const bool is_gain = cap.control.kind == Control::Kind::Gain;
+        advice["caps"].push_back(
+            {{"do", is_gain ? "gain" : "shadow"},
+             {"name", cap.control.target},
+             {"most", cap.most ? nlohmann::ordered_json(*cap.most) : nlohmann::ordered_json()}});
+    }
+    j["groups"] = json_of(f.groups);
+    j["bounces"] = json_of(f.bounces);
+    j["shadows"] = json_of(f.shadows);
+    fmt::print("{}\n", j.dump(2));
+}
+
+Result<void> write_map(const std::string& path,
+                       const LayerStack& stack,
+                       const noise::NoiseForecast& forecast) {
+    const image::Image errors = noise::error_image(stack, forecast.error);
+    if (is_display_picture(path))
+        return noise::write_error_picture(path, errors, forecast.mix.value);
+    return layers::write_image_file(path, errors);
+}
+
+/// Of one file; `frame` is that of a sequence.
+int noise_one(const NoiseOptions& o, std::optional<int> frame) {
+    std::optional<double> target, seconds;
+    if (o.target) {
+        const auto parsed = parse_target(*o.target);
+        if (!parsed) return report(parsed.error());
+        target = *parsed;
+    }
+    if (!o.stats.empty()) {
+        const auto read = render_seconds(o.stats);
+        if (!read) return report(read.error());
+        seconds = *read;
+    }
+    const auto asked = frame ? o.look.look_at_frame(*frame) : o.look.look_of_frame();
+    if (!asked) return report(asked.error());
+    const auto stack = LayerStack::load(o.input);
+    if (!stack) return report(stack.error());
+    const Look look = o.look.fitted(*stack, *asked);
+    const auto forecast = noise::forecast_noise(*stack, look, target);
+    if (!forecast) return report(forecast.error());
+    if (!o.output.empty()) {
+        if (const auto written = write_map(o.output, *stack, *forecast); !written)
+            return report(written.error());
+    }
+    (o.json ? print_json : print_text)(*forecast, mean_samples(*stack), seconds, frame);
+    return done;
+}
+
+int run_noise(const NoiseOptions& o) {
+    if (!o.output.empty() && !is_display_picture(o.output) && !is_exr(o.output))
+        return report({"bad-output", o.output + " is not " + picture_names()});
+    const FrameRuns runs = {{o.input, o.stats}, {o.output}, o.frames};
+    if (o.look.frame && has_sequence(runs))
+        return report(
+            {"bad-frames", "--frame is for one file: a frame of a sequence has its number"});
+    return run_frames(runs, [&](const FrameNames& names) {
+        NoiseOptions one = o;
+        one.input = names.input(o.input);
+        one.stats = names.input(o.stats);
+        one.output = names.output(o.output);
+        return noise_one(one, names.frame());
+    });
+}
+
+}  // namespace
+
+void add_noise_command(Command& app, std::function<int()>& run) {
+    const auto o = std::make_shared<NoiseOptions>();
+    Command command = app.add_subcommand(
+        "noise", "What a mix brings of noise, from half images: error, samples to hold it, rows");
+    command
+        .add_option("input", o->input,
+                    "File of light layers, or shot.####.exr, rendered with --halves")
+        .required()
+        .reads();
+    add_frames_option(command, o->frames);
+    o->look.add_to(command);
+    command.add_option("--target", o->target,
+                       "Error to reach, e.g. 1%; default: that of the render as it is");
+    command
+        .add_option("--stats", o->stats,
+                    "Statistics of the render (velatura render --stats), for times")
+        .reads();
+    command
+        .add_option("-o,--output", o->output,
+                    "Where it is noisy: .exr (standard error per channel), .png or .jpg (heat)")
+        .writes();
+    command.add_flag("--json", o->json, "As JSON");
+    command.callback([&run, o] { run = [o] { return run_noise(*o); }; });
+}
+
+}  // namespace velatura::compositor::cli

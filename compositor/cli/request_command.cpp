@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/cli/command_outcome.h"
+#include "compositor/cli/commands.h"
+#include "compositor/cli/look_command_options.h"
+#include "compositor/cli/noise_report.h"
+#include "compositor/io/layer_stack.h"
+#include "compositor/noise/top_up.h"
+#include "layers/layer_file.h"
+#include "layers/sums_part.h"
+
+#include <fmt/format.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace velatura::compositor::cli {
+
+namespace {
+
+struct RequestOptions {
+    std::string input, output, stats, target, time;
+    std::optional<double> samples, factor;
+    LookOptions look;
+};
+
+double mean_of(const std::vector<uint64_t>& counts) {
+    double sum = 0;
+    for (const uint64_t n : counts) sum += double(n);
+    return sum / double(counts.size());
+}
+
+/// What the options ask for. Errors: "bad-target", those of render_seconds.
+Result<noise::TopUpWish> wish_of(const RequestOptions& o, const std::vector<uint64_t>& counts) {
+    noise::TopUpWish wish;
+    if (!o.target.empty()) {
+        const auto target = parse_target(o.target);
+        if (!target) return target.error();
+        wish.target = *target;
+    }
+    if (o.samples) wish.samples = *o.samples;
+    if (o.factor) wish.samples = *o.factor * mean_of(counts);
+    if (o.time.empty()) return wish;
+    const auto time = parse_amount(o.time, "--time", {{'s', 1}, {'m', 60}, {'h', 3600}});
+    if (!time) return time.error();
+    const auto seconds = render_seconds(o.stats);
+    if (!seconds) return seconds.error();
+    wish.samples = mean_of(counts) * (1 + *time / *seconds);
+    return wish;
+}
+
+void print_plan(const noise::TopUpPlan& plan) {
+    const noise::NoiseForecast& f = plan.forecast;
+    fmt::print("this mix     {} with {:.4g} samples per pixel\n", interval(f.mix),
+               plan.samples_now);
+    if (plan.target > 0 && plan.error_after > plan.target * 1.02)
+        fmt::print("{} is out of reach.\n", percent(plan.target));
+    if (plan.request.samples <= plan.samples_now) {
+        fmt::print("{} is reached: nothing is asked for.\n",
+                   plan.target > 0 ? percent(plan.target) : "That many samples");
+    } else {
+        fmt::print("topped up    {} with {:.4g}, placed for this mix\n", percent(plan.error_after),
+                   plan.request.samples);
+        fmt::print("             the same with {:.4g}, placed as they are now\n",
+                   plan.samples_evenly);
+    }
+    fmt::print("{}", shares_text(f));
+}
+
+int run_request(const RequestOptions& o) {
+    if (!o.output.ends_with(".json")) return report({"bad-output", o.output + " is not .json"});
+    const auto asked = o.look.look_of_frame();
+    if (!asked) return report(asked.error());
+    const auto input = o.look.input_of_frame(o.input);
+    if (!input) return report(input.error());
+    const auto stack = LayerStack::load(*input);
+    if (!stack) return report(stack.error());
+    const Look look = o.look.fitted(*stack, *asked);
+    const auto sums = layers::read_sums_image(*input);
+    if (!sums) return report(sums.error());
+    const auto counts = layers::stored_counts(*sums);
+    if (!counts)
+        return report({counts.error().code, fmt::format("{}: {}; render with --keep-sums, so that "
+                                                        "--resume can go on from it",
+                                                        *input, counts.error().message)});
+    const auto wish = wish_of(o, *counts);
+    if (!wish) return report(wish.error());
+    const auto plan = noise::plan_top_up(*stack, *counts, look, *wish);
+    if (!plan) return report(plan.error());
+    if (const auto written = layers::write_top_up(o.output, plan->request); !written)
+        return report(written.error());
+    print_plan(*plan);
+    return done;
+}
+
+void declare(Command& command, const std::shared_ptr<RequestOptions>& o) {
+    command
+        .add_option("input", o->input,
+                    "File rendered with --halves --keep-sums, or shot.####.exr with --frame")
+        .required()
+        .reads();
+    o->look.add_to(command);
+    command.add_option("-o,--output", o->output, "Request, .json; STEM.priority.exr beside it")
+        .required()
+        .writes();
+    Command how = command.add_group(
+        "How far (default: --target the error of the render "
+        "as it is)");
+    how.add_option("--target", o->target, "Error to reach, e.g. 1%");
+    how.add_option("--samples-factor", o->factor, "Times as many samples as there are")
+        .range(1.0, 1e6);
+    how.add_option("--spp", o->samples, "Samples per pixel in the mean, with those there are")
+        .range(1.0, 0x1p31);
+    Option time = how.add_option("--time", o->time, "Further time to render, e.g. 90s, 10m");
+    how.require_options(0, 1);
+    Option stats =
+        command.add_option("--stats", o->stats, "Statistics of the render, for --time").reads();
+    time.needs(stats);
+    stats.needs(time);
+}
+
+}  // namespace
+
+void add_request_command(Command& app, std::function<int()>& run) {
+    const auto o = std::make_shared<RequestOptions>();
+    Command command = app.add_subcommand(
+        "request", "Ask for further samples where a mix is noisy: for velatura render --for-mix");
+    declare(command, o);
+    command.callback([&run, o] { run = [o] { return run_request(*o); }; });
+
+    // As it was called until 0.1.0; `velatura plan` is something else
+    const auto old = std::make_shared<RequestOptions>();
+    Command former = app.add_subcommand("plan", "The former name of request").hidden();
+    declare(former, old);
+    former.callback([&run, old] {
+        run = [old] {
+            fmt::print(stderr,
+                       "note: velatura-comp plan is called velatura-comp request now [renamed]\n");
+            return run_request(*old);
+        };
+    });
+}
+
+}  // namespace velatura::compositor::cli

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/frames.h"
+#include "compositor/cli/command_outcome.h"
+#include "compositor/cli/commands.h"
+#include "compositor/cli/frame_runs.h"
+#include "compositor/io/input_files.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace velatura::compositor::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct UiOptions {
+    std::vector<std::string> inputs;
+    std::string preset, input_space, stereo;
+    std::optional<double> frame;
+    std::vector<int> size;
+};
+
+/// The program of the window, which lies beside this one where it was built.
+Result<std::string> window_program() {
+    std::error_code failed;
+    const fs::path self = fs::read_symlink("/proc/self/exe", failed);
+    const fs::path program = self.parent_path() / "velatura-comp-ui";
+    if (!failed && fs::exists(program, failed)) return program.string();
+    return Error{"no-window",
+                 fmt::format("there is no velatura-comp-ui beside {}: the window was not built; it "
+                             "needs Dear ImGui, GLFW and OpenGL (Debian: libimgui-dev "
+                             "libglfw3-dev libgl-dev)",
+                             self.filename().string())};
+}
+
+/// Of a sequence the frame of --frame, else the first that is there.
+Result<std::string> opened_file(const UiOptions& o, const std::string& input) {
+    if (!is_sequence(input)) return input;
+    const std::vector<int> frames = frames_on_disk(input);
+    const auto at = o.frame ? std::find_if(frames.begin(), frames.end(),
+                                           [&](int f) { return double(f) == *o.frame; })
+                            : frames.begin();
+    if (at == frames.end())
+        return Error{"frame-missing",
+                     o.frame ? fmt::format("there is no frame {:g} of {}; there are {}", *o.frame,
+                                           input, frame_list(frames))
+                             : "there is no frame of " + input};
+    return frame_file(input, *at);
+}
+
+int run_ui(const UiOptions& o) {
+    std::vector<std::string> inputs;
+    for (const std::string& name : o.inputs) {
+        const auto input = opened_file(o, name);
+        if (!input) return report(input.error());
+        if (!input->empty()) inputs.push_back(*input);
+    }
+    if (inputs.size() > 1 && are_frames(inputs))
+        return report(
+            {"bad-frames",
+             fmt::format("{} and {} are frames of a sequence, not AOVs of one image: open "
+                         "it as shot.####.exr",
+                         inputs[0], inputs[1])});
+    const auto program = window_program();
+    if (!program) return report(program.error());
+    std::vector<std::string> arguments = {*program};
+    if (!o.preset.empty()) arguments.insert(arguments.end(), {"--preset", o.preset});
+    if (o.frame) arguments.insert(arguments.end(), {"--frame", fmt::format("{}", *o.frame)});
+    if (!o.input_space.empty()) arguments.insert(arguments.end(), {"--input-space", o.input_space});
+    if (!o.stereo.empty()) arguments.insert(arguments.end(), {"--stereo", o.stereo});
+    if (!o.size.empty()) {
+        arguments.emplace_back("--size");
+        for (const int v : o.size) arguments.push_back(std::to_string(v));
+    }
+    // What follows is no option, whatever a file is called
+    if (!inputs.empty()) arguments.emplace_back("--");
+    arguments.insert(arguments.end(), inputs.begin(), inputs.end());
+    std::vector<char*> pointers;
+    for (std::string& a : arguments) pointers.push_back(a.data());
+    pointers.push_back(nullptr);
+    execv(program->c_str(), pointers.data());
+    return report({"no-window", fmt::format("cannot run {}: {}", *program, std::strerror(errno))});
+}
+
+}  // namespace
+
+void add_ui_command(Command& app, std::function<int()>& run) {
+    const auto o = std::make_shared<UiOptions>();
+    Command command = app.add_subcommand("ui", "Mix in a window");
+    command.add_option("input", o->inputs,
+                       "File of light layers, a sequence (shot.####.exr), a look (.json), or "
+                       "several files of one AOV each (as mix takes them)");
+    command.add_option("--preset", o->preset, "Look to start with (JSON)");
+    command.add_option("--frame", o->frame, "Frame at which keys are read (default: the file's)");
+    command.add_option("--input-space", o->input_space,
+                       "Color space of the file, where it does not say it (see mix)");
+    add_stereo_option(command, o->stereo);
+    command.add_option("--size", o->size, "Width and height of the window").size(16384);
+    command.callback([&run, o] { run = [o] { return run_ui(*o); }; });
+}
+
+}  // namespace velatura::compositor::cli

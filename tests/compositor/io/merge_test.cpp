@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/io/merge.h"
+
+#include "compositor/inspect/diff.h"
+#include "film/film.h"
+#include "film/film_scene.h"
+#include "image/digest.h"
+#include "image/exr.h"
+#include "layers/layer_file.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace velatura::compositor {
+namespace {
+
+const image::Window window{0, 0, 18, 10};
+
+film::LayerSet full_set() {
+    film::LayerSet set = film::test_layer_set();
+    set.matrix_layers = set.shadow_layers = set.halves = true;
+    set.mattes = {true, true};
+    return set;
+}
+
+std::string part(const std::string& name,
+                 uint64_t first,
+                 uint64_t end,
+                 const std::function<void(film::LayerSet&, film::FileInfo&)>& change = {}) {
+    film::LayerSet set = full_set();
+    film::FileInfo info;
+    info.store_sums = true;
+    info.seed = 5;
+    info.scene_hash = "scene";
+    info.scene_json = R"({"layers": ["s.usda", "--set /K.x=1"]})";
+    info.settings_hash = "settings";
+    info.settings_json =
+        R"({"build": "b", "firstSample": 0, "settings": {"--filter": "box", "--max-depth": "4"}})";
+    info.matte_names = {film::test_objects(), {"only"}};
+    if (change) change(set, info);
+    film::Film film(window, set);
+    film::render(film, first, end);
+    const std::string path = film::temporary_file("merge_" + name + ".exr");
+    const auto written = film.write(path, info);
+    EXPECT_TRUE(written.has_value()) << written.error().message;
+    return path;
+}
+
+TEST(Merge, ReproducesTheSingleRenderBitForBit) {
+    const auto whole = layers::read_layer_file(
+        part("whole", 0, 13, [](auto&, auto& info) { info.store_sums = false; }));
+    const std::string out = film::temporary_file("merge_out.exr");
+    const std::vector<std::vector<uint64_t>> splits = {{0, 8, 13}, {0, 5, 13}, {0, 1, 2, 7, 13}};
+    for (const auto& split : splits) {
+        std::vector<std::string> inputs;
+        for (size_t i = 0; i + 1 < split.size(); ++i) {
+            inputs.push_back(part("part" + std::to_string(i), split[i], split[i + 1]));
+        }
+        // The order on the command line does not matter
+        std::reverse(inputs.begin(), inputs.end());
+        const auto merged = merge_files(inputs, out, false);
+        ASSERT_TRUE(merged.has_value()) << merged.error().message;
+        const auto image = layers::read_layer_file(out);
+        EXPECT_EQ(merged->sha256, image::digest_of(*whole));
+        const auto difference = inspect::compare(*image, *whole);
+        ASSERT_TRUE(difference.has_value());
+        EXPECT_TRUE(difference->is_equal);
+        EXPECT_EQ(image->text("velatura/samples"), whole->text("velatura/samples"));
+        EXPECT_EQ(image->text("velatura/layers"), whole->text("velatura/layers"));
+        EXPECT_EQ(image->text("velatura/closure"), whole->text("velatura/closure"));
+        EXPECT_EQ(image->text("cryptomatte/3ae39a5/manifest"),
+                  whole->text("cryptomatte/3ae39a5/manifest"));
+        EXPECT_NE(image->text("cryptomatte/3ae39a5/manifest"), "");
+    }
+}
+
+TEST(Merge, GoesOnFromAMergedFile) {
+    const std::string ab = film::temporary_file("merge_ab.exr"),
+                      abc = film::temporary_file("merge_abc.exr");
+    ASSERT_TRUE(merge_files({part("a", 0, 3), part("b", 3, 6)}, ab, true).has_value());
+    const auto merged = merge_files({ab, part("c", 6, 11)}, abc, false);
+    ASSERT_TRUE(merged.has_value()) << merged.error().message;
+    EXPECT_EQ(merged->sha256, image::digest_of(*layers::read_layer_file(part("all", 0, 11))));
+}
+
+TEST(Merge, RefusesWhatDoesNotFit) {
+    const std::string first = part("first", 0, 4), out = film::temporary_file("merge_refused.exr");
+    std::filesystem::remove(out);
+
+    struct Case {
+        const char* says;
+        std::string other;
+    };
+
+    const std::vector<Case> cases = {
+        {"overlap", part("overlap", 3, 6)},
+        {"overlap", part("same", 0, 4)},
+        {"gap", part("gap", 5, 8)},
+        {"different scenes",
+         part("scene", 4, 8, [](auto&, auto& info) { info.scene_hash = "other"; })},
+        // What stands in the list of layers of one only is named
+        {"different scenes: --set /K.x=1 in the first, --set /K.x=2, more.usda in the second",
+         part("set", 4, 8,
+              [](auto&, auto& info) {
+                  info.scene_hash = "other";
+                  info.scene_json = R"({"layers": ["s.usda", "--set /K.x=2", "more.usda"]})";
+              })},
+        {"different settings, which they do not name",
+         part("settings", 4, 8, [](auto&, auto& info) { info.settings_hash = "other"; })},
+        {"different settings: --filter box and gaussian, --max-depth 4 and nothing",
+         part("named", 4, 8,
+              [](auto&, auto& info) {
+                  info.settings_hash = "other";
+                  info.settings_json =
+                      R"({"build": "b", "firstSample": 4, "settings": {"--filter": "gaussian"}})";
+              })},
+        {"different seeds: 5 and 6", part("seed", 4, 8, [](auto&, auto& info) { info.seed = 6; })},
+        {"different layers: halves true and false",
+         part("layers", 4, 8, [](auto& set, auto&) { set.halves = false; })},
+        {"different layers",
+         part("lights", 4, 8, [](auto& set, auto&) { set.groups[1].name = "rim"; })},
+        {"no sums", part("sums", 4, 8, [](auto&, auto& info) { info.store_sums = false; })},
+    };
+    for (const Case& c : cases) {
+        const auto merged = merge_files({first, c.other}, out, false);
+        ASSERT_FALSE(merged.has_value()) << c.says;
+        EXPECT_EQ(merged.error().code, "merge-refused");
+        EXPECT_NE(merged.error().message.find(c.says), std::string::npos) << merged.error().message;
+        EXPECT_FALSE(std::filesystem::exists(out));
+    }
+}
+
+TEST(Merge, RefusesDamagedSums) {
+    const std::string first = part("first", 0, 4), second = part("damaged", 4, 8);
+    auto image = image::read_exr(second);
+    for (image::Part& p : image->parts) {
+        for (image::Channel& c : p.channels) {
+            if (c.name == "sums0_0.x1") std::get<std::vector<uint32_t>>(c.data)[3] ^= 1u;
+        }
+    }
+    ASSERT_TRUE(layers::write_image_file(second, *image).has_value());
+    EXPECT_EQ(merge_files({first, second}, film::temporary_file("merge_damaged_out.exr"), false)
+                  .error()
+                  .code,
+              "merge-refused");
+}
+
+image::Image image_of(const std::vector<std::pair<std::string, std::vector<float>>>& channels) {
+    image::Image image;
+    image.data = image.display = {0, 0, int(channels[0].second.size()), 1};
+    image::Part part;
+    for (const auto& [name, values] : channels) {
+        part.channels.push_back(
+            image::Channel::make(name, image::ChannelType::Float, values.size()));
+        std::get<std::vector<float>>(part.channels.back().data) = values;
+    }
+    image.parts.push_back(part);
+    return image;
+}
+
+/// The error of a render is one of RGB: an alpha that agrees must not dilute it, one that does not
+/// must not be missed.
+TEST(Diff, ErrorsAreOfRgbAndAlphaHasItsOwn) {
+    const image::Image a = image_of({{"R", {0.5f}}, {"G", {0.5f}}, {"B", {0.5f}}, {"A", {1.0f}}}),
+                       b = image_of({{"R", {0.4f}}, {"G", {0.4f}}, {"B", {0.4f}}, {"A", {1.0f}}}),
+                       c = image_of({{"R", {0.5f}}, {"G", {0.5f}}, {"B", {0.5f}}, {"A", {0.5f}}});
+    const auto color = inspect::compare(a, b), alpha = inspect::compare(a, c);
+    ASSERT_TRUE(color.has_value() && alpha.has_value());
+    ASSERT_EQ(color->layers.size(), 2u);
+    EXPECT_EQ(color->layers[0].layer, "rgba");
+    // 0.1² / (0.4² + 0.01) in each of three channels; a fourth without difference made it 3/4
+    EXPECT_NEAR(color->layers[0].rel_mse, 0.01 / 0.17, 1e-7);
+    EXPECT_EQ(color->layers[1].layer, "rgba.A");
+    EXPECT_EQ(color->layers[1].rel_mse, 0.0);
+    EXPECT_EQ(alpha->layers[0].rel_mse, 0.0);
+    EXPECT_NEAR(alpha->layers[1].rel_mse, 0.25 / 0.26, 1e-7);
+    EXPECT_NEAR(alpha->worst_rel_mse, 0.25 / 0.26, 1e-7);
+}
+
+TEST(Diff, IsZeroOfAFileAndItselfAndNeverNan) {
+    const float infinite = std::numeric_limits<float>::infinity(), nan = std::nanf("");
+    const image::Image a = image_of({{"R", {infinite, nan, 0, -0.0f, 3e38f}}}),
+                       b = image_of({{"R", {1, nan, 0, 0, 3e38f}}}),
+                       c = image_of({{"R", {infinite, 1, 0, 0, -3e38f}}});
+    EXPECT_EQ(inspect::compare(a, a)->layers[0].rel_mse, 0.0);
+    EXPECT_EQ(inspect::compare(a, a)->layers[0].mean, 0.0);
+    // Finite in one file only
+    EXPECT_EQ(inspect::compare(a, b)->layers[0].rel_mse, infinite);
+    EXPECT_EQ(inspect::compare(b, a)->layers[0].rel_mse, infinite);
+    EXPECT_EQ(inspect::compare(a, c)->layers[0].rel_mse, infinite);
+    EXPECT_EQ(inspect::compare(a, c)->layers[0].different, 2u);
+}
+
+TEST(Diff, MeasuresInClosedForm) {
+    image::Image a, b;
+    a.data = a.display = {0, 0, 2, 1};
+    image::Part part;
+    part.channels.push_back(image::Channel::make("b0.R", image::ChannelType::Float, 2));
+    a.parts.push_back(part);
+    b = a;
+    std::get<std::vector<float>>(a.parts[0].channels[0].data) = {1.0f, 4.0f};
+    std::get<std::vector<float>>(b.parts[0].channels[0].data) = {1.0f, 2.0f};
+    const auto difference = inspect::compare(a, b);
+    ASSERT_TRUE(difference.has_value());
+    EXPECT_FALSE(difference->is_equal);
+    EXPECT_EQ(difference->layers[0].largest, 2.0);
+    EXPECT_EQ(difference->layers[0].mean, 1.0);
+    EXPECT_EQ(difference->layers[0].x, 1);
+    EXPECT_DOUBLE_EQ(difference->layers[0].rel_mse, 0.5 * 4.0 / 4.01);
+    EXPECT_EQ(inspect::difference_image(a, b).find("b0.R")->value(1), 2.0f);
+    EXPECT_TRUE(inspect::compare(a, a)->is_equal);
+    EXPECT_EQ(inspect::compare(a, a)->layers[0].rel_mse, 0.0);
+    b.data = {0, 0, 1, 2};
+    EXPECT_EQ(inspect::compare(a, b).error().code, "diff-window");
+}
+
+}  // namespace
+}  // namespace velatura::compositor
