@@ -20,9 +20,11 @@ const std::map<std::string, std::set<std::string>>& tier_table() {
         for (const std::string& name : below) all.insert("translate/" + name);
         return all;
     };
-    static const auto room_of_compositor = [](std::set<std::string> below) {
-        std::set<std::string> all = {"image", "accumulate", "statistics", "layers", "canvas"};
+    static const auto room_of_compositor = [](std::set<std::string> below,
+                                              std::set<std::string> more = {}) {
+        std::set<std::string> all = {"image", "layers"};
         for (const std::string& name : below) all.insert("compositor/" + name);
+        all.insert(more.begin(), more.end());
         return all;
     };
     static const std::map<std::string, std::set<std::string>> table = {
@@ -75,10 +77,10 @@ const std::map<std::string, std::set<std::string>>& tier_table() {
         {"compositor/look", room_of_compositor({"io"})},
         {"compositor/mix", room_of_compositor({"io", "look"})},
         {"compositor/denoise", room_of_compositor({"io"})},
-        {"compositor/noise", room_of_compositor({"io", "look", "mix"})},
+        {"compositor/noise", room_of_compositor({"io", "look", "mix"}, {"statistics", "canvas"})},
         {"compositor/bake", room_of_compositor({"io", "look", "mix", "noise"})},
         {"compositor/exports", room_of_compositor({"io", "look", "mix"})},
-        {"compositor/inspect", room_of_compositor({"io", "look"})},
+        {"compositor/inspect", room_of_compositor({"io", "look"}, {"statistics", "canvas"})},
         {"compositor", {}},
         {"compositor/cli", room_of_compositor({"io", "look", "mix", "denoise", "noise", "bake",
                                                "exports", "inspect"})},
