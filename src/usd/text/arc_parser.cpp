@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "usd/text/layer_parser.h"
+#include "usd/text/arc_parser.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 
 namespace velatura::usd::text {
 
-bool LayerParser::accept_none(ListEdit edit, bool& is_none) {
+bool ArcParser::accept_none(ListEdit edit, bool& is_none) {
     const SourceLoc where = s_.loc();
     is_none = s_.accept_word("None");
     if (!is_none || edit == ListEdit::Explicit) return true;
@@ -17,12 +17,12 @@ bool LayerParser::accept_none(ListEdit edit, bool& is_none) {
                     "prepend, append, delete or reorder can be None");
 }
 
-bool LayerParser::layer_offset(layer::LayerOffset& offset, layer::Dictionary* custom_data) {
+bool ArcParser::layer_offset(layer::LayerOffset& offset, layer::Dictionary* custom_data) {
     return values_.statements('(', ')', [&] {
         const SourceLoc where = s_.loc();
         const std::string_view key = s_.accept_identifier();
         if (key == "customData" && custom_data) {
-            return expect_assignment() && values_.dictionary(*custom_data);
+            return s_.expect_assignment() && values_.dictionary(*custom_data);
         }
         if (key != "offset" && key != "scale") {
             return s_.error("usd-syntax", where,
@@ -30,12 +30,12 @@ bool LayerParser::layer_offset(layer::LayerOffset& offset, layer::Dictionary* cu
                                         key.empty() ? std::string(1, s_.peek()) : std::string(key),
                                         custom_data ? ", 'customData'" : ""));
         }
-        return expect_assignment() &&
+        return s_.expect_assignment() &&
                values_.element(key == "offset" ? offset.offset : offset.scale);
     });
 }
 
-bool LayerParser::sub_layers(layer::Spec& spec, SourceLoc where) {
+bool ArcParser::sub_layers(layer::Spec& spec, SourceLoc where) {
     std::vector<std::string> assets;
     std::vector<layer::LayerOffset> offsets;
     const auto one = [&] {
@@ -57,7 +57,7 @@ bool LayerParser::sub_layers(layer::Spec& spec, SourceLoc where) {
     return true;
 }
 
-bool LayerParser::prim_path(layer::Path owner, bool may_be_empty, layer::Path& out) {
+bool ArcParser::prim_path(layer::Path owner, bool may_be_empty, layer::Path& out) {
     const SourceLoc where = s_.loc();
     std::string_view text;
     if (!s_.path_text(text)) return false;
@@ -66,7 +66,7 @@ bool LayerParser::prim_path(layer::Path owner, bool may_be_empty, layer::Path& o
     const auto parsed = layer::Path::parse(text);
     if (!parsed) return s_.error("usd-path", where, parsed.error().message);
     out = parsed->make_absolute(owner.strip_variant_selections());
-    if (!options_.allow_variants_in_arc_paths && out.has_variant_selection()) {
+    if (!context_.options.allow_variants_in_arc_paths && out.has_variant_selection()) {
         return s_.error("usd-path", where,
                         fmt::format("found a variant selection in path <{}>, expected none", text));
     }
@@ -78,7 +78,7 @@ bool LayerParser::prim_path(layer::Path owner, bool may_be_empty, layer::Path& o
 }
 
 template <class Arc>
-bool LayerParser::arc(layer::Path owner, Arc& out) {
+bool ArcParser::arc(layer::Path owner, Arc& out) {
     if (s_.peek() == '@') {
         const SourceLoc where = s_.loc();
         if (!s_.asset(out.asset)) return false;
@@ -103,7 +103,7 @@ bool LayerParser::arc(layer::Path owner, Arc& out) {
 }
 
 template <class Arc>
-bool LayerParser::arc_list(
+bool ArcParser::arc_list(
     layer::Path owner, layer::Spec& spec, layer::Token field, ListEdit edit, SourceLoc where) {
     std::vector<Arc> arcs;
     const auto one = [&] {
@@ -118,15 +118,18 @@ bool LayerParser::arc_list(
         const bool ok = s_.peek() == '[' ? values_.bracketed('[', ']', one) : one();
         if (!ok) return false;
     }
-    return store_list(spec, field, edit, std::move(arcs), where);
+    return store_list(context_, spec, field, edit, std::move(arcs), where);
 }
 
-template bool LayerParser::arc_list<layer::Reference>(
-    layer::Path, layer::Spec&, layer::Token, ListEdit, SourceLoc);
-template bool LayerParser::arc_list<layer::Payload>(
-    layer::Path, layer::Spec&, layer::Token, ListEdit, SourceLoc);
+bool ArcParser::references(layer::Path owner, layer::Spec& spec, ListEdit edit, SourceLoc where) {
+    return arc_list<layer::Reference>(owner, spec, names_.references, edit, where);
+}
 
-bool LayerParser::path_list(
+bool ArcParser::payloads(layer::Path owner, layer::Spec& spec, ListEdit edit, SourceLoc where) {
+    return arc_list<layer::Payload>(owner, spec, names_.payload, edit, where);
+}
+
+bool ArcParser::paths(
     layer::Path owner, layer::Spec& spec, layer::Token field, ListEdit edit, SourceLoc where) {
     std::vector<layer::Path> paths;
     const auto one = [&] {
@@ -141,10 +144,10 @@ bool LayerParser::path_list(
         const bool ok = s_.peek() == '[' ? values_.bracketed('[', ']', one) : one();
         if (!ok) return false;
     }
-    return store_list(spec, field, edit, std::move(paths), where);
+    return store_list(context_, spec, field, edit, std::move(paths), where);
 }
 
-bool LayerParser::relocate_path(layer::Path owner, bool may_be_empty, layer::Path& out) {
+bool ArcParser::relocate_path(layer::Path owner, bool may_be_empty, layer::Path& out) {
     const SourceLoc where = s_.loc();
     std::string_view text;
     if (!s_.path_text(text)) return false;
@@ -162,10 +165,10 @@ bool LayerParser::relocate_path(layer::Path owner, bool may_be_empty, layer::Pat
     return true;
 }
 
-bool LayerParser::relocates(layer::Path owner,
-                            layer::Spec& spec,
-                            layer::Token field,
-                            SourceLoc where) {
+bool ArcParser::relocates(layer::Path owner,
+                          layer::Spec& spec,
+                          layer::Token field,
+                          SourceLoc where) {
     layer::Relocates pairs;
     const bool ok = values_.bracketed('{', '}', [&] {
         layer::Path source;

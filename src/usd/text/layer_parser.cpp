@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "usd/text/layer_parser.h"
 
+#include "usd/text/list_edit.h"
+
 #include <fmt/format.h>
 
 namespace velatura::usd::text {
@@ -13,12 +15,6 @@ constexpr size_t max_errors = 100;
 std::string_view without_mark(std::string_view bytes) {
     if (bytes.starts_with(byte_order_mark)) bytes.remove_prefix(byte_order_mark.size());
     return bytes;
-}
-
-std::vector<layer::Token> tokens(const std::vector<std::string>& texts) {
-    std::vector<layer::Token> result;
-    for (const std::string& text : texts) result.emplace_back(text);
-    return result;
 }
 
 }  // namespace
@@ -46,18 +42,19 @@ LayerParser::LayerParser(std::string_view text,
                          layer::Layer& layer,
                          Diagnostics& diagnostics,
                          const TextOptions& options)
-    : s_(text, file_id, diagnostics),
-      values_(s_),
+    : context_(text, file_id, layer, diagnostics, options),
+      s_(context_.scanner),
       layer_(layer),
-      options_(options),
-      names_(layer::fields()) {}
+      names_(context_.names),
+      metadata_(context_),
+      properties_(context_, metadata_) {}
 
 void LayerParser::parse() {
     layer_.pseudo_root().set_loc(s_.loc());
     if (!s_.check_utf8() || !header()) return;
     s_.skip_lines();
     const Scanner::Mark start = s_.mark();
-    if (s_.peek() == '(' && !metadata_block(layer::Path::absolute_root(), layer_.pseudo_root()))
+    if (s_.peek() == '(' && !metadata_.block(layer::Path::absolute_root(), layer_.pseudo_root()))
         s_.recover(start);
     while (s_.error_count() < max_errors) {
         s_.skip_lines();
@@ -78,8 +75,8 @@ bool LayerParser::header() {
         for (const char c : expected) s_.accept(c);
         return true;
     };
-    is_legacy_ = word("#sdf ");
-    if (!is_legacy_ && !word("#usda ")) return s_.fail("'#usda 1.0' as the first line");
+    context_.is_legacy = word("#sdf ");
+    if (!context_.is_legacy && !word("#usda ")) return s_.fail("'#usda 1.0' as the first line");
     while (s_.accept(' ') || s_.accept('\t')) {
     }
     const SourceLoc where = s_.loc();
@@ -88,8 +85,8 @@ bool LayerParser::header() {
         version += s_.peek();
         s_.accept(s_.peek());
     }
-    const bool is_known =
-        is_legacy_ ? version.starts_with("1.") : version == "1.0" || version.starts_with("1.0.");
+    const bool is_known = context_.is_legacy ? version.starts_with("1.")
+                                             : version == "1.0" || version.starts_with("1.0.");
     if (!is_known && !version.starts_with("1.")) {
         return s_.error(
             "usd-version", where,
@@ -111,7 +108,7 @@ bool LayerParser::layer_item() {
     if (s_.accept_word("reorder")) {
         s_.skip_inline();
         if (!s_.accept_word("rootPrims")) return s_.fail("'rootPrims'");
-        return reorder_names(layer::Path::absolute_root(), names_.prim_order, where) &&
+        return parse_name_order(context_, layer::Path::absolute_root(), names_.prim_order, where) &&
                statement_end();
     }
     const std::string_view word = s_.peek_identifier();
@@ -169,7 +166,7 @@ bool LayerParser::prim_head(layer::Path parent, layer::Path& path) {
         spec.set_field(names_.type_name, layer::Value(layer::Token(type_name)), type_loc);
     }
     s_.skip_lines();
-    return s_.peek() != '(' || metadata_block(path, spec);
+    return s_.peek() != '(' || metadata_.block(path, spec);
 }
 
 bool LayerParser::block(layer::Path owner) {
@@ -199,7 +196,7 @@ bool LayerParser::contents_item(layer::Path owner) {
     if (word == "def" || word == "over" || word == "class")
         return prim(owner) && line_end("a prim");
     if (word == "variantSet") return variant_set(owner) && line_end("a variant set");
-    return property(owner) && statement_end();
+    return properties_.parse(owner) && statement_end();
 }
 
 bool LayerParser::variant_set(layer::Path owner) {
@@ -213,7 +210,7 @@ bool LayerParser::variant_set(layer::Path owner) {
         return s_.error("usd-variant-set-name", name_loc,
                         fmt::format("found variant set name \"{}\", expected an identifier", name));
     }
-    if (!expect_assignment()) return false;
+    if (!s_.expect_assignment()) return false;
     s_.skip_lines();
     const layer::Token set(name);
     const layer::Path path = owner.append_variant_selection(set, {});
@@ -244,34 +241,7 @@ bool LayerParser::variant_head(layer::Path owner, layer::Token set, layer::Path&
     path = owner.append_variant_selection(set, layer::Token(name));
     layer::Spec& spec = layer_.create_spec(path, layer::SpecKind::Variant, where);
     s_.skip_lines();
-    return s_.peek() != '(' || metadata_block(path, spec);
-}
-
-bool LayerParser::reorder_names(layer::Path owner, layer::Token field, SourceLoc where) {
-    if (!expect_assignment()) return false;
-    std::vector<std::string> names;
-    if (!values_.names(names)) return false;
-    layer_.spec(owner)->set_field(field, layer::Value::array<layer::Token>(tokens(names)), where);
-    return true;
-}
-
-ListEdit LayerParser::accept_list_edit() {
-    const std::string_view word = s_.peek_identifier();
-    const ListEdit edit = word == "prepend"   ? ListEdit::Prepend
-                          : word == "append"  ? ListEdit::Append
-                          : word == "delete"  ? ListEdit::Delete
-                          : word == "add"     ? ListEdit::Add
-                          : word == "reorder" ? ListEdit::Reorder
-                                              : ListEdit::Explicit;
-    if (edit != ListEdit::Explicit) s_.accept_identifier();
-    return edit;
-}
-
-bool LayerParser::expect_assignment() {
-    s_.skip_inline();
-    if (!s_.expect('=')) return false;
-    s_.skip_inline();
-    return true;
+    return s_.peek() != '(' || metadata_.block(path, spec);
 }
 
 }  // namespace velatura::usd::text

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "usd/text/layer_parser.h"
+#include "usd/text/metadata_parser.h"
+
 #include "usd/text/metadata_schema.h"
 
 #include <fmt/format.h>
@@ -17,13 +18,13 @@ constexpr std::string_view unit_names[] = {"mm", "cm", "dm",  "m",   "km", "in",
 
 }  // namespace
 
-bool LayerParser::metadata_block(layer::Path owner, layer::Spec& spec) {
+bool MetadataParser::block(layer::Path owner, layer::Spec& spec) {
     if (!s_.expect('(')) return false;
     s_.skip_lines();
     bool is_broken = false;
     while (s_.peek() != ')' || s_.at_end()) {
         const Scanner::Mark item = s_.mark();
-        if (metadata_item(owner, spec) && metadata_end()) {
+        if (next_item(owner, spec) && item_end()) {
             is_broken = false;
         } else {
             // Two in a row: rather the block itself is broken, and what follows is no metadata
@@ -36,31 +37,31 @@ bool LayerParser::metadata_block(layer::Path owner, layer::Spec& spec) {
     return s_.expect(')');
 }
 
-bool LayerParser::metadata_end() {
+bool MetadataParser::item_end() {
     s_.skip_inline();
     if (s_.peek() == ')' || s_.accept(';') || (s_.at_line_end() && !s_.at_end())) return true;
     return s_.fail("';', ')' or the end of the line");
 }
 
-bool LayerParser::metadata_item(layer::Path owner, layer::Spec& spec) {
+bool MetadataParser::next_item(layer::Path owner, layer::Spec& spec) {
     const SourceLoc where = s_.loc();
     if (s_.at_string()) return string_field(spec, names_.comment, where);
-    const ListEdit edit = accept_list_edit();
+    const ListEdit edit = accept_list_edit(s_);
     if (edit != ListEdit::Explicit) s_.skip_inline();
     const std::string key(s_.accept_identifier());
     if (key.empty()) return s_.fail("the name of a metadata field or ')'");
-    if (!expect_assignment()) return false;
+    if (!s_.expect_assignment()) return false;
     bool is_special = true;
-    if (!special_metadata(owner, spec, key, edit, where, is_special)) return false;
-    return is_special || plain_metadata(spec, key, edit, where);
+    if (!special_item(owner, spec, key, edit, where, is_special)) return false;
+    return is_special || plain_item(spec, key, edit, where);
 }
 
-bool LayerParser::special_metadata(layer::Path owner,
-                                   layer::Spec& spec,
-                                   const std::string& key,
-                                   ListEdit edit,
-                                   SourceLoc where,
-                                   bool& is_special) {
+bool MetadataParser::special_item(layer::Path owner,
+                                  layer::Spec& spec,
+                                  const std::string& key,
+                                  ListEdit edit,
+                                  SourceLoc where,
+                                  bool& is_special) {
     using layer::SpecKind;
     is_special = true;
     const SpecKind kind = spec.kind();
@@ -91,32 +92,31 @@ bool LayerParser::special_metadata(layer::Path owner,
                 unit ? unit->str() : ""));
     }
     if (kind == SpecKind::PseudoRoot && key == "subLayers" && is_plain)
-        return sub_layers(spec, where);
+        return arcs_.sub_layers(spec, where);
     if (kind == SpecKind::PseudoRoot && key == "relocates" && is_plain) {
-        return relocates(owner, spec, names_.layer_relocates, where);
+        return arcs_.relocates(owner, spec, names_.layer_relocates, where);
     }
     if (kind == SpecKind::Prim || kind == SpecKind::Variant) {
-        return prim_metadata(owner, spec, key, edit, where, is_special);
+        return prim_item(owner, spec, key, edit, where, is_special);
     }
     is_special = false;
     return true;
 }
 
-bool LayerParser::prim_metadata(layer::Path owner,
-                                layer::Spec& spec,
-                                const std::string& key,
-                                ListEdit edit,
-                                SourceLoc where,
-                                bool& is_special) {
-    if (key == "references")
-        return arc_list<layer::Reference>(owner, spec, names_.references, edit, where);
-    if (key == "payload") return arc_list<layer::Payload>(owner, spec, names_.payload, edit, where);
-    if (key == "inherits") return path_list(owner, spec, names_.inherit_paths, edit, where);
-    if (key == "specializes") return path_list(owner, spec, names_.specializes, edit, where);
+bool MetadataParser::prim_item(layer::Path owner,
+                               layer::Spec& spec,
+                               const std::string& key,
+                               ListEdit edit,
+                               SourceLoc where,
+                               bool& is_special) {
+    if (key == "references") return arcs_.references(owner, spec, edit, where);
+    if (key == "payload") return arcs_.payloads(owner, spec, edit, where);
+    if (key == "inherits") return arcs_.paths(owner, spec, names_.inherit_paths, edit, where);
+    if (key == "specializes") return arcs_.paths(owner, spec, names_.specializes, edit, where);
     if (key == "variantSets") return variant_set_names(spec, edit, where);
     if (edit == ListEdit::Explicit) {
         if (key == "variants") return variant_selections(spec, where);
-        if (key == "relocates") return relocates(owner, spec, names_.relocates, where);
+        if (key == "relocates") return arcs_.relocates(owner, spec, names_.relocates, where);
         if (key == "prefixSubstitutions" || key == "suffixSubstitutions") {
             layer::Dictionary strings;
             if (!values_.string_dictionary(strings)) return false;
@@ -128,14 +128,14 @@ bool LayerParser::prim_metadata(layer::Path owner,
     return true;
 }
 
-bool LayerParser::string_field(layer::Spec& spec, layer::Token field, SourceLoc where) {
+bool MetadataParser::string_field(layer::Spec& spec, layer::Token field, SourceLoc where) {
     std::string text;
     if (!s_.string(text)) return false;
     spec.set_field(field, layer::Value(std::move(text)), where);
     return true;
 }
 
-bool LayerParser::word_field(layer::Spec& spec, layer::Token field, SourceLoc where) {
+bool MetadataParser::word_field(layer::Spec& spec, layer::Token field, SourceLoc where) {
     // "symmetryFunction = " may be empty
     std::string word(s_.accept_identifier());
     if (word.empty() && s_.accept('%')) word = "%";
@@ -144,7 +144,7 @@ bool LayerParser::word_field(layer::Spec& spec, layer::Token field, SourceLoc wh
 }
 
 template <class T>
-bool LayerParser::list_op_metadata(layer::Spec& spec,
+bool MetadataParser::list_op_field(layer::Spec& spec,
                                    layer::Token field,
                                    ListEdit edit,
                                    SourceLoc where) {
@@ -159,11 +159,11 @@ bool LayerParser::list_op_metadata(layer::Spec& spec,
         const bool ok = s_.peek() == '[' ? values_.bracketed('[', ']', one) : one();
         if (!ok) return false;
     }
-    return store_list(spec, field, edit, std::move(items), where);
+    return store_list(context_, spec, field, edit, std::move(items), where);
 }
 
 template <class T>
-bool LayerParser::integer_list_metadata(layer::Spec& spec,
+bool MetadataParser::integer_list_field(layer::Spec& spec,
                                         layer::Token field,
                                         ListEdit edit,
                                         SourceLoc where) {
@@ -185,38 +185,38 @@ bool LayerParser::integer_list_metadata(layer::Spec& spec,
         const bool ok = s_.peek() == '[' ? values_.bracketed('[', ']', one) : one();
         if (!ok) return false;
     }
-    if (all_fit) return store_list(spec, field, edit, std::move(items), where);
+    if (all_fit) return store_list(context_, spec, field, edit, std::move(items), where);
     // Declared by Sdf's tests: elsewhere it is an unknown field, which may hold anything
     s_.warn("usd-value", where,
             fmt::format("found what is no integer of {} to {} in {}; the field is kept as text",
                         int64_t(std::numeric_limits<T>::min()),
                         uint64_t(std::numeric_limits<T>::max()), field.str()));
-    return store_list(spec, field, edit, std::move(texts), where);
+    return store_list(context_, spec, field, edit, std::move(texts), where);
 }
 
-bool LayerParser::plain_metadata(layer::Spec& spec,
-                                 const std::string& key,
-                                 ListEdit edit,
-                                 SourceLoc where) {
+bool MetadataParser::plain_item(layer::Spec& spec,
+                                const std::string& key,
+                                ListEdit edit,
+                                SourceLoc where) {
     const layer::Token field(key);
     const MetadataType type = metadata_type(key);
     switch (type.kind) {
         case MetadataKind::Unknown:
-            return unknown_metadata(spec, field, edit, where);
+            return unknown_item(spec, field, edit, where);
         case MetadataKind::TokenList:
-            return list_op_metadata<layer::Token>(spec, field, edit, where);
+            return list_op_field<layer::Token>(spec, field, edit, where);
         case MetadataKind::StringList:
-            return list_op_metadata<std::string>(spec, field, edit, where);
+            return list_op_field<std::string>(spec, field, edit, where);
         case MetadataKind::IntList:
-            return integer_list_metadata<int32_t>(spec, field, edit, where);
+            return integer_list_field<int32_t>(spec, field, edit, where);
         case MetadataKind::Int64List:
             // The only one that USD itself declares
-            if (key == "inactiveIds") return list_op_metadata<int64_t>(spec, field, edit, where);
-            return integer_list_metadata<int64_t>(spec, field, edit, where);
+            if (key == "inactiveIds") return list_op_field<int64_t>(spec, field, edit, where);
+            return integer_list_field<int64_t>(spec, field, edit, where);
         case MetadataKind::UIntList:
-            return integer_list_metadata<uint32_t>(spec, field, edit, where);
+            return integer_list_field<uint32_t>(spec, field, edit, where);
         case MetadataKind::UInt64List:
-            return integer_list_metadata<uint64_t>(spec, field, edit, where);
+            return integer_list_field<uint64_t>(spec, field, edit, where);
         case MetadataKind::Typed:
         case MetadataKind::Dictionary:
             break;
@@ -243,10 +243,10 @@ bool LayerParser::plain_metadata(layer::Spec& spec,
     return true;
 }
 
-bool LayerParser::unknown_metadata(layer::Spec& spec,
-                                   layer::Token field,
-                                   ListEdit edit,
-                                   SourceLoc where) {
+bool MetadataParser::unknown_item(layer::Spec& spec,
+                                  layer::Token field,
+                                  ListEdit edit,
+                                  SourceLoc where) {
     if (edit != ListEdit::Explicit) {
         std::vector<layer::UnregisteredValue> items;
         const auto one = [&] {
@@ -256,7 +256,7 @@ bool LayerParser::unknown_metadata(layer::Spec& spec,
             return true;
         };
         if (!s_.accept_word("None") && !values_.bracketed('[', ']', one)) return false;
-        return store_list(spec, field, edit, std::move(items), where);
+        return store_list(context_, spec, field, edit, std::move(items), where);
     }
     if (s_.peek() == '{') {
         layer::Dictionary dictionary;
@@ -274,13 +274,13 @@ bool LayerParser::unknown_metadata(layer::Spec& spec,
     return true;
 }
 
-bool LayerParser::variant_set_names(layer::Spec& spec, ListEdit edit, SourceLoc where) {
+bool MetadataParser::variant_set_names(layer::Spec& spec, ListEdit edit, SourceLoc where) {
     std::vector<std::string> names;
     if (!s_.accept_word("None") && !values_.names(names)) return false;
-    return store_list(spec, names_.variant_set_names, edit, std::move(names), where);
+    return store_list(context_, spec, names_.variant_set_names, edit, std::move(names), where);
 }
 
-bool LayerParser::variant_selections(layer::Spec& spec, SourceLoc where) {
+bool MetadataParser::variant_selections(layer::Spec& spec, SourceLoc where) {
     layer::Dictionary dictionary;
     if (!values_.dictionary(dictionary)) return false;
     layer::VariantSelections selections;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "usd/text/layer_parser.h"
+#include "usd/text/property_parser.h"
+
 #include "usd/text/spline_text.h"
 
 #include <fmt/format.h>
@@ -9,15 +10,16 @@
 
 namespace velatura::usd::text {
 
-bool LayerParser::property(layer::Path owner) {
+bool PropertyParser::parse(layer::Path owner) {
     Declaration d;
     d.where = s_.loc();
-    d.edit = accept_list_edit();
+    d.edit = accept_list_edit(s_);
     s_.skip_inline();
     if (d.edit == ListEdit::Reorder) {
-        if (s_.accept_word("nameChildren")) return reorder_names(owner, names_.prim_order, d.where);
+        if (s_.accept_word("nameChildren"))
+            return parse_name_order(context_, owner, names_.prim_order, d.where);
         if (s_.accept_word("properties") || s_.accept_word("propertyChildren")) {
-            return reorder_names(owner, names_.property_order, d.where);
+            return parse_name_order(context_, owner, names_.property_order, d.where);
         }
     }
     std::string_view word = s_.peek_identifier();
@@ -41,18 +43,18 @@ bool LayerParser::property(layer::Path owner) {
     return attribute(owner, d);
 }
 
-layer::Spec* LayerParser::property_spec(layer::Path owner,
-                                        layer::SpecKind kind,
-                                        const Declaration& d) {
+layer::Spec* PropertyParser::spec_of(layer::Path owner,
+                                     layer::SpecKind kind,
+                                     const Declaration& d) {
     const layer::Path path = owner.append_property(d.name);
     if (path.is_empty()) {
         s_.fail("fewer levels of prims");
         return nullptr;
     }
-    const size_t count = layer_.spec_count();
-    layer::Spec* const old = &layer_.create_spec(path, kind, d.where);
+    const size_t count = context_.layer.spec_count();
+    layer::Spec* const old = &context_.layer.create_spec(path, kind, d.where);
     const bool is_attribute = kind == layer::SpecKind::Attribute;
-    if (layer_.spec_count() != count) {
+    if (context_.layer.spec_count() != count) {
         layer::Spec& spec = *old;
         if (is_attribute) {
             const layer::Token type = d.type ? d.type->name : layer::Token(d.type_name);
@@ -93,7 +95,7 @@ layer::Spec* LayerParser::property_spec(layer::Path owner,
     return old;
 }
 
-bool LayerParser::attribute(layer::Path owner, Declaration& d) {
+bool PropertyParser::attribute(layer::Path owner, Declaration& d) {
     if (!s_.type_identifier(d.type_name)) return false;
     s_.skip_inline();
     if (s_.accept('[')) {
@@ -104,7 +106,7 @@ bool LayerParser::attribute(layer::Path owner, Declaration& d) {
     }
     d.type = layer::find_type(d.type_name);
     if (!s_.namespaced_identifier(d.name)) return false;
-    layer::Spec* spec = property_spec(owner, layer::SpecKind::Attribute, d);
+    layer::Spec* spec = spec_of(owner, layer::SpecKind::Attribute, d);
     if (!spec) return false;
     s_.skip_inline();
     if (s_.accept('.')) return attribute_extra(owner, *spec, d);
@@ -117,10 +119,10 @@ bool LayerParser::attribute(layer::Path owner, Declaration& d) {
         spec->set_field(names_.default_value, std::move(value), where);
         s_.skip_inline();
     }
-    return s_.peek() != '(' || metadata_block(owner, *spec);
+    return s_.peek() != '(' || metadata_.block(owner, *spec);
 }
 
-bool LayerParser::attribute_value(const Declaration& d, layer::Value& out) {
+bool PropertyParser::attribute_value(const Declaration& d, layer::Value& out) {
     if (s_.accept_word("None")) {
         out = layer::Value::block();
         return true;
@@ -140,20 +142,20 @@ bool LayerParser::attribute_value(const Declaration& d, layer::Value& out) {
     return true;
 }
 
-bool LayerParser::attribute_extra(layer::Path owner, layer::Spec& spec, const Declaration& d) {
+bool PropertyParser::attribute_extra(layer::Path owner, layer::Spec& spec, const Declaration& d) {
     s_.skip_inline();
     const SourceLoc where = s_.loc();
     if (s_.accept_word("connect")) {
-        if (!expect_assignment()) return false;
+        if (!s_.expect_assignment()) return false;
         return target_list(owner, spec, names_.connection_paths, d.edit, where);
     }
     if (d.edit != ListEdit::Explicit) return s_.fail("'connect'");
-    if (s_.accept_word("timeSamples")) return expect_assignment() && attribute_samples(spec, d);
-    if (s_.accept_word("spline")) return expect_assignment() && spline(spec);
+    if (s_.accept_word("timeSamples")) return s_.expect_assignment() && attribute_samples(spec, d);
+    if (s_.accept_word("spline")) return s_.expect_assignment() && spline(spec);
     return s_.fail("'timeSamples', 'connect' or 'spline'");
 }
 
-bool LayerParser::sample_value(const Declaration& d, layer::Value& out) {
+bool PropertyParser::sample_value(const Declaration& d, layer::Value& out) {
     // AOUSD's own suite gives numbers to a vector: such a sample costs itself, not the layer
     const char bracket = !d.type                                     ? '\0'
                          : d.type->is_array                          ? '['
@@ -171,7 +173,7 @@ bool LayerParser::sample_value(const Declaration& d, layer::Value& out) {
     return true;
 }
 
-bool LayerParser::sample_time(double& time) {
+bool PropertyParser::sample_time(double& time) {
     s_.skip_inline();
     const SourceLoc where = s_.loc();
     if (!values_.element(time)) return false;
@@ -184,7 +186,7 @@ bool LayerParser::sample_time(double& time) {
     return true;
 }
 
-bool LayerParser::attribute_samples(layer::Spec& spec, const Declaration& d) {
+bool PropertyParser::attribute_samples(layer::Spec& spec, const Declaration& d) {
     const SourceLoc where = s_.loc();
     std::vector<std::pair<double, layer::Value>> samples;
     const bool ok = values_.bracketed('{', '}', [&] {
@@ -201,7 +203,7 @@ bool LayerParser::attribute_samples(layer::Spec& spec, const Declaration& d) {
     return ok;
 }
 
-bool LayerParser::spline(layer::Spec& spec) {
+bool PropertyParser::spline(layer::Spec& spec) {
     const SourceLoc where = s_.loc();
     layer::SplineValue value;
     const std::string_view type = spec.type_name().view();
@@ -213,10 +215,10 @@ bool LayerParser::spline(layer::Spec& spec) {
     return true;
 }
 
-bool LayerParser::relationship(layer::Path owner, Declaration& d) {
+bool PropertyParser::relationship(layer::Path owner, Declaration& d) {
     s_.skip_inline();
     if (!s_.namespaced_identifier(d.name)) return false;
-    layer::Spec* spec = property_spec(owner, layer::SpecKind::Relationship, d);
+    layer::Spec* spec = spec_of(owner, layer::SpecKind::Relationship, d);
     if (!spec) return false;
     s_.skip_inline();
     if (s_.peek() == '.' || s_.peek() == '[') return relationship_extra(owner, *spec, d);
@@ -226,10 +228,10 @@ bool LayerParser::relationship(layer::Path owner, Declaration& d) {
         if (!target_list(owner, *spec, names_.target_paths, d.edit, where)) return false;
         s_.skip_inline();
     }
-    return s_.peek() != '(' || metadata_block(owner, *spec);
+    return s_.peek() != '(' || metadata_.block(owner, *spec);
 }
 
-bool LayerParser::relationship_extra(layer::Path owner, layer::Spec& spec, Declaration& d) {
+bool PropertyParser::relationship_extra(layer::Path owner, layer::Spec& spec, Declaration& d) {
     const SourceLoc where = s_.loc();
     if (s_.accept('[')) {
         // "rel x[</target>]" declares a target without adding it to the list
@@ -246,18 +248,18 @@ bool LayerParser::relationship_extra(layer::Path owner, layer::Spec& spec, Decla
     s_.accept('.');
     s_.skip_inline();
     if (d.edit == ListEdit::Explicit && s_.accept_word("timeSamples")) {
-        return expect_assignment() && relationship_samples(owner, spec);
+        return s_.expect_assignment() && relationship_samples(owner, spec);
     }
     if (d.edit == ListEdit::Explicit && s_.accept_word("default")) {
         layer::Path target;
-        if (!expect_assignment() || !target_path(owner, target)) return false;
+        if (!s_.expect_assignment() || !target_path(owner, target)) return false;
         spec.set_field(names_.default_value, layer::Value(target), where);
         return true;
     }
     return s_.fail("'timeSamples' or 'default'");
 }
 
-bool LayerParser::relationship_samples(layer::Path owner, layer::Spec& spec) {
+bool PropertyParser::relationship_samples(layer::Path owner, layer::Spec& spec) {
     const SourceLoc where = s_.loc();
     std::vector<std::pair<double, layer::Value>> samples;
     const bool ok = values_.bracketed('{', '}', [&] {
@@ -276,7 +278,7 @@ bool LayerParser::relationship_samples(layer::Path owner, layer::Spec& spec) {
     return ok;
 }
 
-bool LayerParser::target_path(layer::Path owner, layer::Path& out) {
+bool PropertyParser::target_path(layer::Path owner, layer::Path& out) {
     const SourceLoc where = s_.loc();
     std::string_view text;
     if (!s_.path_text(text)) return false;
@@ -297,7 +299,7 @@ bool LayerParser::target_path(layer::Path owner, layer::Path& out) {
     return true;
 }
 
-bool LayerParser::target_list(
+bool PropertyParser::target_list(
     layer::Path owner, layer::Spec& spec, layer::Token field, ListEdit edit, SourceLoc where) {
     std::vector<layer::Path> targets;
     std::unordered_set<layer::Path> seen;
@@ -319,7 +321,7 @@ bool LayerParser::target_list(
         const bool ok = s_.peek() == '[' ? values_.bracketed('[', ']', one) : one();
         if (!ok) return false;
     }
-    return store_list(spec, field, edit, std::move(targets), where);
+    return store_list(context_, spec, field, edit, std::move(targets), where);
 }
 
 }  // namespace velatura::usd::text

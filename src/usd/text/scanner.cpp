@@ -112,6 +112,13 @@ bool Scanner::expect(char c) {
     return fail(fmt::format("'{}'", c));
 }
 
+bool Scanner::expect_assignment() {
+    skip_inline();
+    if (!expect('=')) return false;
+    skip_inline();
+    return true;
+}
+
 std::string_view Scanner::peek_identifier() const {
     const char* p = at_;
     if (p < end_ && is_digit(*p)) return {};

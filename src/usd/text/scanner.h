@@ -64,6 +64,8 @@ class Scanner {
     }
 
     bool expect(char c);
+    /// '=' with blanks around it.
+    bool expect_assignment();
 
     /// Identifier here ("" when none). The view is into the text.
     std::string_view peek_identifier() const;
