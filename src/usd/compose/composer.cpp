@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "usd/compose/composer.h"
 
+#include "usd/compose/prim_indexer.h"
 #include "usd/layer/expression.h"
 #include "usd/layer/fields.h"
 

@@ -4,11 +4,11 @@
 #include "base/diagnostics.h"
 #include "base/result.h"
 #include "usd/compose/composition_error.h"
+#include "usd/compose/index_frame.h"
 #include "usd/compose/layer_registry.h"
 #include "usd/compose/layer_stack.h"
 #include "usd/compose/options.h"
 #include "usd/compose/prim_index.h"
-#include "usd/compose/prim_indexer.h"
 
 #include <map>
 #include <memory>
@@ -68,7 +68,7 @@ class Composer {
 
     LayerRegistry& registry() { return registry_; }
 
-    // For PrimIndexer
+    // For the types behind PrimIndexer
     /// The stack of a file, as seen from a stack that refers to it.
     Result<LayerStack*> layer_stack(const std::string& file, const LayerStack& referrer);
     /// Index of the site an arc leads to, composed from its root prim (or innermost variant) down.

@@ -43,7 +43,7 @@ class PrimIndex {
     bool is_instance_node(int node) const;
 
   private:
-    friend class PrimIndexer;
+    friend class IndexBuild;
 
     PrimGraph graph_;
     bool has_payloads_ = false;

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "usd/compose/composer.h"
-#include "usd/compose/prim_indexer.h"
-#include "usd/layer/fields.h"
+#include "usd/compose/reference_arcs.h"
 
 #include <fmt/format.h>
 
@@ -30,34 +28,33 @@ Path map_for_payloads_to_root(const PrimGraph& graph, int i, Path path) {
 
 }  // namespace
 
-bool PrimIndexer::includes_payloads(int i) {
+bool ReferenceArcs::includes_payloads(int i) {
     // The payloads of a prim of the stage are chosen there; others, of ancestors of a site that an
     // arc leads to, have to be there
-    Path path = map_for_payloads_to_root(graph(), i, node(i).path.strip_variant_selections());
-    const IndexFrame* frame = frame_;
+    Path path = map_for_payloads_to_root(graph_, i, graph_[i].path.strip_variant_selections());
+    const IndexFrame* frame = build_.frame;
     while (frame && !path.is_empty()) {
         path = map_for_payloads(frame->to_parent, frame->arc, path);
-        if (!path.is_empty())
-            path = map_for_payloads_to_root(frame->indexer->graph(), frame->parent, path);
-        frame = frame->indexer->frame_;
+        if (!path.is_empty()) path = map_for_payloads_to_root(*frame->graph, frame->parent, path);
+        frame = frame->outer;
     }
     if (path.is_empty()) return true;
     const ComposeOptions& options = composer_.options();
     const bool included = options.load_payloads ? options.load_payloads(path)
                                                 : options.payloads == PayloadPolicy::LoadAll;
-    if (included) index_.payloads_included_ = true;
+    if (included) build_.note_payloads(false, true);
     return included;
 }
 
-void PrimIndexer::eval_references(int i, bool payloads) {
-    if (!node(i).contributes()) return;
+void ReferenceArcs::eval(int i, bool payloads) {
+    if (!graph_[i].contributes()) return;
     std::vector<CompositionError> errors;
     const std::vector<SiteReference> references =
-        site_references(*node(i).stack, node(i).path, payloads, composer_.registry(), &errors);
-    report_all(errors, i);
+        site_references(*graph_[i].stack, graph_[i].path, payloads, composer_.registry(), &errors);
+    build_.report_all(errors, i);
     if (references.empty()) return;
     if (payloads) {
-        index_.has_payloads_ = true;
+        build_.note_payloads(true, false);
         if (!includes_payloads(i)) return;
     }
     int number = 0;
@@ -65,35 +62,36 @@ void PrimIndexer::eval_references(int i, bool payloads) {
         eval_reference(i, reference, number++, payloads ? ArcType::Payload : ArcType::Reference);
 }
 
-void PrimIndexer::eval_reference(int i, const SiteReference& reference, int number, ArcType arc) {
+void ReferenceArcs::eval_reference(int i, const SiteReference& reference, int number, ArcType arc) {
     const Path wanted = reference.prim_path;
     if (!wanted.is_empty() &&
         (!wanted.is_prim() || !wanted.is_absolute() || wanted.has_variant_selection())) {
-        report(ErrorKind::InvalidPrimPath, i, reference.loc,
-               fmt::format("{} to <{}> is invalid: expected an absolute prim path", arc_name(arc),
-                           wanted.to_string()));
+        build_.report(ErrorKind::InvalidPrimPath, i, reference.loc,
+                      fmt::format("{} to <{}> is invalid: expected an absolute prim path",
+                                  arc_name(arc), wanted.to_string()));
         return;
     }
     TimeOffset offset = reference.offset;
     if (is_usable(offset)) {
         offset = reference.layer->to_root.after(offset);
     } else {
-        report(ErrorKind::InvalidReferenceOffset, i, reference.loc,
-               fmt::format("offset of {} @{}@ is {} and its scale {}, expected finite numbers and "
-                           "a scale above 0",
-                           arc_name(arc), reference.asset, offset.offset, offset.scale));
+        build_.report(
+            ErrorKind::InvalidReferenceOffset, i, reference.loc,
+            fmt::format("offset of {} @{}@ is {} and its scale {}, expected finite numbers and "
+                        "a scale above 0",
+                        arc_name(arc), reference.asset, offset.offset, offset.scale));
         offset = {};
     }
 
     // Find the layer stack, and retime: the layer that speaks may count time at another rate
-    LayerStack* stack = node(i).stack;
+    LayerStack* stack = graph_[i].stack;
     const bool is_internal = reference.asset.empty();
     if (!is_internal) {
         Result<LayerStack*> opened = composer_.layer_stack(reference.file, *stack);
         if (!opened) {
-            report(ErrorKind::InvalidAssetPath, i, reference.loc,
-                   fmt::format("cannot open {} @{}@: {}", arc_name(arc), reference.asset,
-                               opened.error().message));
+            build_.report(ErrorKind::InvalidAssetPath, i, reference.loc,
+                          fmt::format("cannot open {} @{}@: {}", arc_name(arc), reference.asset,
+                                      opened.error().message));
             return;
         }
         stack = *opened;
@@ -102,10 +100,10 @@ void PrimIndexer::eval_reference(int i, const SiteReference& reference, int numb
     Path target = wanted;
     if (target.is_empty()) target = stack->root_layer().default_prim();
     if (target.is_empty()) {
-        report(ErrorKind::UnresolvedPrimPath, i, reference.loc,
-               fmt::format("{} @{}@ names no prim and the layer has no defaultPrim", arc_name(arc),
-                           reference.asset),
-               "usd-unresolved-default-prim");
+        build_.report(ErrorKind::UnresolvedPrimPath, i, reference.loc,
+                      fmt::format("{} @{}@ names no prim and the layer has no defaultPrim",
+                                  arc_name(arc), reference.asset),
+                      "usd-unresolved-default-prim");
         return;
     }
 
@@ -115,37 +113,37 @@ void PrimIndexer::eval_reference(int i, const SiteReference& reference, int numb
     request.stack = stack;
     request.path = target;
     // An internal arc stays in one namespace: what it does not move is seen as it is
-    request.map = arc_map(i, target, offset, is_internal);
+    request.map = arcs_.arc_map(i, target, offset, is_internal);
     request.number = number;
     request.ancestral = !target.is_root_prim();
     request.loc = reference.loc;
-    add_arc(request);
+    arcs_.add(request);
 }
 
-void PrimIndexer::check_resolved(int i) {
-    const size_t below = graph().depth_below_introduction(i);
+void ReferenceArcs::check_resolved(int i) {
+    const size_t below = graph_.depth_below_introduction(i);
     bool found = false;
-    graph().visit(i, [&](int at) {
-        found = found || (below == 0 ? node(at).has_specs
-                                     : node(at).stack->has_spec(graph().path_at_introduction(at)));
+    graph_.visit(i, [&](int at) {
+        found = found || (below == 0 ? graph_[at].has_specs
+                                     : graph_[at].stack->has_spec(graph_.path_at_introduction(at)));
         return !found;
     });
     if (found) return;
 
-    const Path target = graph().path_at_introduction(i);
-    const int parent = node(i).parent;
-    Path site = node(i).to_parent->to_target(target.strip_variant_selections());
-    const Path parent_path = node(parent).path;
+    const Path target = graph_.path_at_introduction(i);
+    const int parent = graph_[i].parent;
+    Path site = graph_[i].to_parent->to_target(target.strip_variant_selections());
+    const Path parent_path = graph_[parent].path;
     if (parent_path.has_variant_selection())
         site = site.replace_prefix(parent_path.strip_variant_selections(), parent_path, false);
     const std::vector<SiteReference> said = site_references(
-        *node(parent).stack, site, node(i).arc == ArcType::Payload, composer_.registry());
-    const size_t number = node(i).sibling_number;
+        *graph_[parent].stack, site, graph_[i].arc == ArcType::Payload, composer_.registry());
+    const size_t number = graph_[i].sibling_number;
     const bool is_known = number < said.size();
-    report(ErrorKind::UnresolvedPrimPath, parent, is_known ? said[number].loc : SourceLoc{},
-           fmt::format("{} target @{}@<{}> not found", arc_name(node(i).arc),
-                       is_known ? said[number].asset : node(i).stack->identifier(),
-                       target.to_string()));
+    build_.report(ErrorKind::UnresolvedPrimPath, parent, is_known ? said[number].loc : SourceLoc{},
+                  fmt::format("{} target @{}@<{}> not found", arc_name(graph_[i].arc),
+                              is_known ? said[number].asset : graph_[i].stack->identifier(),
+                              target.to_string()));
 }
 
 }  // namespace velatura::usd::compose
