@@ -31,7 +31,7 @@ MOST_KEPT = 1 << 13  # of an input that is kept: larger ones are rarely needed, 
 # Of whom the lines count: what reads the format, and not what writes it or what comes after
 READERS = {
     "usda": ["src/usd/text/[^/]*(parser|list_edit|schema|scanner|number_text|spline_text)[^/]*"],
-    "usdc": ["src/usd/crate/(arrays|coding|crate_file|field_rules|path_table|reader|spline_bytes|time_samples|value_reader|value_reader_fields)[.]cpp"],
+    "usdc": ["src/usd/crate/(arrays|coding|crate_file|field_reader|field_rules|item_reader|path_table|reader|scalar_reader|spline_bytes|time_samples|value_reader)[.]cpp"],
     "usdz": ["src/usd/package/", "src/base/zip_archive"],
     "mtlx": ["src/usd/materialx/"],
     "plugin": ["src/plugin/manifest"],
