@@ -158,10 +158,8 @@ int run_bake(const BakeOptions& o) {
     if (!text) return report(text.error());
     if (auto written = write_file_atomically(o.output, *text); !written)
         return report(written.error());
-    for (const std::string& line : bake->left)
-        fmt::print(stderr, "velatura-comp: not baked: {}\n", line);
-    for (const std::string& line : bake->notes)
-        fmt::print(stderr, "velatura-comp: note: {}\n", line);
+    for (const std::string& line : bake->left) fmt::print(stderr, "warning: not baked: {}\n", line);
+    for (const std::string& line : bake->notes) fmt::print(stderr, "note: {}\n", line);
     fmt::print("{}: {} lights\n", o.output, bake->lights.size());
     if (o.prove) {
         if (const int code = prove(o, *stack, *bake); code != done) return code;
@@ -174,39 +172,40 @@ int run_bake(const BakeOptions& o) {
 void add_bake_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<BakeOptions>();
     Command command = app.add_subcommand(
-        "bake", "Write a mix as a USD layer of light intensities, exposures and colours");
+        "bake", "Write a mix as a USD layer of light intensities, exposures and colors");
     command.add_option("input", o->input, "File of light layers, or shot.####.exr with --frame")
         .required()
         .reads();
-    command.add_option("-o,--output", o->output, "USD layer, .usda, to put above the scene")
+    command.add_option("-o,--output", o->output, "USD layer, .usda, for --session or sublayers")
         .required()
         .writes();
     o->look.add_to(command);
-    Option prove =
-        command.add_flag("--prove", o->prove,
-                         "Render the scene with the layer and compare it with the mix, against the "
-                         "noise of both; needs --scene and a file with --halves");
+    Option prove = command.add_flag(
+        "--prove", o->prove,
+        "Proof: render the scene with the layer and compare it with the mix, within "
+        "the noise of both; needs --scene and a file rendered with --halves");
     // Of the proof alone: without it they would change nothing
-    command.add_option("--scene", o->scene, "Scene that the file was rendered from")
-        .needs(prove)
-        .reads();
+    command.add_option("--scene", o->scene, "Scene of the file").needs(prove).reads();
     command
         .add_option("--crop", o->crop,
-                    "Part of the picture to prove: X0 X1 Y0 Y1 as fractions from the bottom left")
+                    "Crop window of the proof, as fractions of the image, origin bottom left")
         .expected(4)
+        .type_name("X0 X1 Y0 Y1")
         .needs(prove);
-    command
-        .add_option("--spp", o->spp, "Samples per pixel of the proof (default: those of the file)")
+    command.add_option("--spp", o->spp, "Samples per pixel of the proof")
+        .default_text("that of the file")
         .range(uint64_t(1), uint64_t(1) << 32)
         .needs(prove);
-    command
-        .add_option("--velatura", o->program, "The renderer (default: the one beside this program)")
+    command.add_option("--velatura", o->program, "Renderer program")
+        .type_name("FILE")
+        .default_text("velatura beside this program")
         .needs(prove);
     command
         .add_option("--render-args", o->more_arguments,
-                    "Options of velatura render in place of what the file tells, or beside it: "
-                    "--search-path ...")
+                    "Further options of `velatura render`, which override those of the file, e.g. "
+                    "'--search-path textures'")
         .needs(prove);
+    command.example("velatura-comp bake shot.exr --gain key=+1st -o key.usda");
     command.callback([&run, o] { run = [o] { return run_bake(*o); }; });
 }
 

@@ -8,7 +8,7 @@
 namespace velatura::compositor::cli {
 
 int report(const Error& error) {
-    fmt::print(stderr, "velatura-comp: error: {} [{}]\n", error.message, error.code);
+    fmt::print(stderr, "error: {} [{}]\n", error.message, error.code);
     const auto is = [&](const char* code) { return error.code == code; };
     for (const char* code :
          {"bad-gain", "bad-matte", "unknown-name", "matte-layer", "matte-name", "matte-channel",
@@ -22,7 +22,7 @@ int report(const Error& error) {
 }
 
 void warn(const std::string& message) {
-    fmt::print(stderr, "velatura-comp: warning: {}\n", message);
+    fmt::print(stderr, "warning: {}\n", message);
 }
 
 }  // namespace velatura::compositor::cli

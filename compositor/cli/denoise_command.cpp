@@ -29,8 +29,7 @@ int denoise_one(const DenoiseOptions& o) {
     if (!denoised) return report(denoised.error());
     if (const auto written = layers::write_image_file(o.output, *denoised); !written)
         return report(written.error());
-    for (const std::string& note : told.notes)
-        fmt::print(stderr, "velatura-comp: warning: {}\n", note);
+    for (const std::string& note : told.notes) fmt::print(stderr, "warning: {}\n", note);
     fmt::print("{}: mean luminance {:+.3f} %\n", o.output, 100 * (told.energy_ratio - 1));
     return done;
 }
@@ -47,26 +46,24 @@ int run_denoise(const DenoiseOptions& o) {
 void add_denoise_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<DenoiseOptions>();
     Command command = app.add_subcommand("denoise",
-                                         "Take the noise out of all layers at once, so that they "
-                                         "still add up and any gain may follow");
+                                         "Denoise all layers together; they still sum to the "
+                                         "beauty and can be graded");
     command
         .add_option("input", o->input,
                     "File of light layers, or shot.####.exr, rendered with --halves and --layers "
                     "...,data")
         .required()
         .reads();
-    command
-        .add_option("-o,--output", o->output,
-                    "Denoised .exr: the same layers, which verify accepts")
+    command.add_option("-o,--output", o->output, "Denoised .exr, with the same layers")
         .required()
         .writes();
     add_frames_option(command, o->frames);
     command.footer(
-        "Every pixel becomes one linear combination of the pixels around it, with the same weights "
-        "in every layer;\n"
-        "the weights come from the half images of the beauty and from albedo, N, Z and b0.\n"
-        "Without --halves: coarser, and said. Half images of the result hold the noise that is "
-        "left, for `noise`.");
+        "Every pixel becomes a weighted mean of its neighbors, with the same weights in every "
+        "layer. The weights come from the half images of the beauty, albedo, N, Z and b0. Without "
+        "half images the result is coarser, with a warning. The half images of the result hold "
+        "the remaining noise, for `velatura-comp noise`.");
+    command.example("velatura-comp denoise shot.exr -o shot_denoised.exr");
     command.callback([&run, o] { run = [o] { return run_denoise(*o); }; });
 }
 

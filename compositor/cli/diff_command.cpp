@@ -128,24 +128,25 @@ int run_diff(const DiffOptions& o) {
 
 void add_diff_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<DiffOptions>();
-    Command command = app.add_subcommand("diff", "Differences per layer; B is the reference");
+    Command command =
+        app.add_subcommand("diff", "Compare two files layer by layer; B is the reference");
     command.add_option("a", o->a, "File A, or shot.####.exr").required().reads();
     command.add_option("b", o->b, "File B, the reference").required().reads();
     command
         .add_option("--threshold", o->threshold,
-                    "Largest relMSE of any layer that counts as equal; default 0. relMSE is "
-                    "that of RGB, alpha has a line of its own")
+                    "Maximum relMSE of equal layers; alpha has its own line")
         .non_negative();
     command
-        .add_option(
-            "-o,--output", o->output,
-            "Write A - B as .exr, or what the eye sees of it as .png or .jpg (map of --flip)")
+        .add_option("-o,--output", o->output,
+                    "Difference image: A - B as .exr, or the error map of --flip as .png or .jpg")
+        .type_name("FILE")
         .writes();
     add_frames_option(command, o->frames);
-    command.add_flag("--flip", o->flip,
-                     "How visible the difference of the beauties is, 0 to 1 (HDR-FLIP)");
-    Option json = command.add_flag("--json", o->json, "As JSON");
-    command.add_flag("-q,--quiet", o->quiet, "Only the exit code").excludes(json);
+    command.add_flag("--flip", o->flip, "Perceived difference of the beauties, 0 to 1 (HDR-FLIP)");
+    Option json = command.add_flag("--json", o->json, "Print JSON");
+    command.add_flag("-q,--quiet", o->quiet, "Print nothing: exit code 0 if equal, 4 if not")
+        .excludes(json);
+    command.example("velatura-comp diff new.exr reference.exr --threshold 1e-6");
     command.callback([&run, o] { run = [o] { return run_diff(*o); }; });
 }
 

@@ -45,16 +45,17 @@ Result<std::string> script_of(const ExportOptions& o,
 Result<std::string> layout_file(const ExportOptions& o) {
     if (!is_sequence(o.input()) || o.look.frame) return o.look.input_of_frame(o.input());
     const std::vector<int> frames = frames_on_disk(o.input());
-    if (frames.empty()) return Error{"frame-missing", "there is no frame of " + o.input()};
+    if (frames.empty()) return Error{"frame-missing", "no frame found of " + o.input()};
     return frame_file(o.input(), frames.front());
 }
 
 int run_export(const ExportOptions& o) {
     if (o.inputs.size() > 1)
-        return report({"export-several",
-                       fmt::format("a script reads one file: mix them to one first (velatura-comp "
-                                   "mix {} {} … --with-layers -o all.exr) and export from that",
-                                   o.inputs[0], o.inputs[1])});
+        return report(
+            {"export-several",
+             fmt::format("a script reads one file; join them first (velatura-comp mix {} {} "
+                         "… --with-layers -o all.exr) and export that",
+                         o.inputs[0], o.inputs[1])});
     const auto asked = o.look.look_of_frame();
     if (!asked) return report(asked.error());
     const auto input = layout_file(o);
@@ -80,26 +81,34 @@ int run_export(const ExportOptions& o) {
 
 void add_export_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<ExportOptions>();
-    Command command =
-        app.add_subcommand("export", "A script that rebuilds a mix in another program");
+    Command command = app.add_subcommand(
+        "export", "Write a script that rebuilds a mix in Nuke, oiiotool or Blender");
     command
-        .add_option("program", o->program,
-                    "nuke (a group with a knob per fader), oiio (a shell script for oiiotool) or "
-                    "blender")
+        .add_option(
+            "program", o->program,
+            "Program: nuke (a group with a knob per fader), oiio (a shell script for oiiotool) "
+            "or blender")
         .required()
         .one_of({"nuke", "oiio", "blender"});
     command
-        .add_option("input", o->inputs,
-                    "File of light layers, or shot.####.exr; several files of one AOV each must be "
-                    "mixed to one with --with-layers first")
+        .add_option(
+            "input", o->inputs,
+            "File of light layers, or shot.####.exr; join several files of one AOV each with "
+            "`mix --with-layers` first")
         .required()
         .reads();
-    command.add_option("-o,--output", o->output, "The script (default: print it)").writes();
+    command.add_option("-o,--output", o->output, "Script file")
+        .type_name("FILE")
+        .default_text("print it")
+        .writes();
     command
         .add_option("--file", o->file,
-                    "What the script reads, where that is not the input: shot.####.exr")
+                    "Image or sequence that the script reads, e.g. shot.####.exr")
+        .type_name("FILE")
+        .default_text("the input")
         .reads();
     o->look.add_to(command);
+    command.example("velatura-comp export nuke shot.exr --gain key=+1st -o mix.nk");
     command.callback([&run, o] { run = [o] { return run_export(*o); }; });
 }
 

@@ -51,15 +51,16 @@ std::string FrameNames::output(const std::string& name) const {
 }
 
 void add_frames_option(Command& command, std::string& frames) {
-    command.add_option("--frames", frames,
-                       "Frames of a sequence, 1-100x2 or 1,5,9; without: all there are");
+    command.add_option("--frames", frames, "Frames of a sequence, e.g. 1-100x2 or 1,5,9")
+        .type_name("LIST")
+        .default_text("all that exist");
 }
 
 Option add_stereo_option(Command& command, std::string& view) {
-    return command.add_option(
-        "--stereo", view,
-        "View of a stereo file: left, right or as the file calls it (default: its "
-        "first)");
+    return command
+        .add_option("--stereo", view, "View of a stereo file: left, right, or a name of the file")
+        .type_name("VIEW")
+        .default_text("the first");
 }
 
 bool has_sequence(const FrameRuns& runs) {
@@ -70,16 +71,17 @@ Result<std::vector<int>> frames_of(const FrameRuns& runs) {
     const std::string& input = first_sequence(runs);
     for (const std::string& output : runs.outputs)
         if (!output.empty() && !is_sequence(output))
-            return Error{"bad-output", fmt::format("{} is one file and {} a sequence: #### in it "
-                                                   "stands for the frame",
-                                                   output, input)};
+            return Error{
+                "bad-output",
+                fmt::format("{} is one file and {} a sequence; #### in it is the frame number",
+                            output, input)};
     if (!runs.frames.empty()) {
         auto frames = parse_whole_frames(runs.frames);
         if (!frames) return Error{frames.error().code, "--frames: " + frames.error().message};
         return frames;
     }
     std::vector<int> frames = frames_on_disk(input);
-    if (frames.empty()) return Error{"frame-missing", "there is no frame of " + input};
+    if (frames.empty()) return Error{"frame-missing", "no frame found of " + input};
     if (const auto gaps = gaps_of(frames); !gaps.empty())
         warn(fmt::format("{} has no frames {}", input, frame_list(gaps)));
     return frames;
@@ -99,10 +101,10 @@ int run_frames(const FrameRuns& runs, const std::function<int(const FrameNames&)
     for (const int frame : *frames) {
         const FrameNames names(frame, true);
         const std::string missing = missing_input(runs, names);
-        const int one = missing.empty()
-                            ? run(names)
-                            : report({"frame-missing",
-                                      fmt::format("frame {}: {} is not there", frame, missing)});
+        const int one =
+            missing.empty()
+                ? run(names)
+                : report({"frame-missing", fmt::format("frame {}: {} not found", frame, missing)});
         if (code == done) code = one;
     }
     return code;

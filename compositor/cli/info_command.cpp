@@ -26,8 +26,7 @@ struct InfoOptions {
 
 int info_one(const InfoOptions& o) {
     if (o.hash) {
-        if (o.files.size() > 1)
-            return report({"bad-output", "--hash is of one file, not of several"});
+        if (o.files.size() > 1) return report({"bad-output", "--hash needs a single file"});
         const auto image = layers::read_layer_file(o.files[0]);
         if (!image) return report(image.error());
         fmt::print("{}\n", image::digest_of(*image));
@@ -51,17 +50,18 @@ int run_info(const InfoOptions& o) {
 
 void add_info_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<InfoOptions>();
-    Command command =
-        app.add_subcommand("info", "What a file holds: layers, groups, energy, samples, closure");
+    Command command = app.add_subcommand(
+        "info", "Summarize a file: layers, light groups, energy, samples, closure");
     command
         .add_option("file", o->files,
-                    "File of light layers, or shot.####.exr; several are one mix (see mix)")
+                    "File of light layers, or shot.####.exr; several files are one mix (see `mix`)")
         .required()
         .reads();
     add_frames_option(command, o->frames);
     Option hash = command.add_flag("--hash", o->hash, "Print only the SHA-256 of all pixel data");
-    command.add_flag("--json", o->json, "As JSON, the SHA-256 with it").excludes(hash);
+    command.add_flag("--json", o->json, "Print JSON, with the SHA-256").excludes(hash);
     add_stereo_option(command, o->stereo).excludes(hash);
+    command.example("velatura-comp info shot.exr");
     command.callback([&run, o] { run = [o] { return run_info(*o); }; });
 }
 

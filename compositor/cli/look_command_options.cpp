@@ -22,21 +22,23 @@ constexpr size_t longest_preset = size_t(1) << 24;  // bytes
 struct ControlOption {
     const char* name;
     Control::Kind kind;
+    const char* value;
     const char* help;
 };
 
 constexpr std::array control_options = {
-    ControlOption{"--gain", Control::Kind::Gain,
-                  "NAME=G: factor (2, 0.5) or stops (+1.5st, -1st); repeatable, as those below"},
-    ControlOption{"--tint", Control::Kind::Tint, "NAME=R,G,B: factor per channel"},
-    ControlOption{"--kelvin", Control::Kind::Kelvin, "NAME=K: tint of a black body against 6504 K"},
-    ControlOption{"--mute", Control::Kind::Mute, "NAME: take it out"},
-    ControlOption{"--solo", Control::Kind::Solo, "NAME: take everything else out"},
-    ControlOption{"--shadow", Control::Kind::Shadow, "GROUP=X: lift its shadows by X from 0 to 1"},
-    ControlOption{"--caster", Control::Kind::Caster,
-                  "GROUP:CASTER=X: lift the shadow that CASTER casts in GROUP's light"},
-    ControlOption{"--clamp", Control::Kind::Clamp,
-                  "NAME=X: give back the share X of what a firefly clamp removed"},
+    ControlOption{"--gain", Control::Kind::Gain, "NAME=G",
+                  "Gain of a light group, bounce or row: a factor (2, 0.5) or stops (+1.5st)"},
+    ControlOption{"--tint", Control::Kind::Tint, "NAME=R,G,B", "Tint: a factor per channel"},
+    ControlOption{"--kelvin", Control::Kind::Kelvin, "NAME=K",
+                  "Color temperature: tint of a black body relative to 6504 K"},
+    ControlOption{"--mute", Control::Kind::Mute, "NAME", "Mute"},
+    ControlOption{"--solo", Control::Kind::Solo, "NAME", "Solo: mute everything else"},
+    ControlOption{"--shadow", Control::Kind::Shadow, "GROUP=X",
+                  "Shadow lift of a light group, 0 to 1"},
+    ControlOption{"--caster", Control::Kind::Caster, "GROUP:CASTER=X",
+                  "Shadow lift of one shadow caster in the light of a group, 0 to 1"},
+    ControlOption{"--clamp", Control::Kind::Clamp, "NAME=X", "Undo X of the firefly clamp, 0 to 1"},
 };
 constexpr const char* matte_option = "--matte";
 constexpr const char* rows_option = "--rows";
@@ -46,39 +48,41 @@ Error named(const std::string& option, const std::string& text, const Error& err
     return {error.code, fmt::format("{} {}: {}", option, text, error.message)};
 }
 
-void add_repeatable(Command& command, const char* name, const char* help) {
+void add_repeatable(Command& command, const char* name, const char* value, const char* help) {
     // Without a destination: values are read by typed_options(), since the order among options
     // counts
-    command.add_option(name, help).expected(1).take_all().type_name("TEXT");
+    command.add_option(name, help).expected(1).take_all().type_name(value);
 }
 
 }  // namespace
 
 void LookOptions::add_to(Command& command) {
     command_ = command;
-    for (const ControlOption& o : control_options) add_repeatable(command, o.name, o.help);
-    add_repeatable(command, matte_option,
-                   "LAYER:PATTERN of a Cryptomatte or FILE.exr:CHANNEL; with ! before it, all "
-                   "else: restricts the control before it");
-    add_repeatable(command, rows_option,
-                   "NAME=ROW,ROW: a name for several rows, whose gain is their master");
-    command.add_option("--exposure", exposure, "Stops on everything, from -64 to 64")
+    for (const ControlOption& o : control_options) add_repeatable(command, o.name, o.value, o.help);
+    add_repeatable(command, matte_option, "MATTE",
+                   "Matte of the preceding option: LAYER:PATTERN of a Cryptomatte or "
+                   "FILE.exr:CHANNEL; a leading ! inverts it");
+    add_repeatable(command, rows_option, "NAME=ROW,ROW", "Master fader of several rows");
+    command.add_option("--exposure", exposure, "Exposure of the image, in stops")
         .range(-largest_stops, largest_stops);
-    command.add_option("--preset", preset, "Look to start from (JSON)").reads();
-    command.add_option("--frame", frame, "Frame at which keys are read");
-    command.add_option("--input-space", input_space,
-                       "Color space of the file, where it does not say it or is wrong: one of "
-                       "$OCIO, or lin_rec709, ACEScg, ACES2065-1, lin_p3d65, lin_rec2020");
+    command.add_option("--preset", preset, "Preset (JSON) that the other options change")
+        .type_name("FILE")
+        .reads();
+    command.add_option("--frame", frame, "Frame at which keyed values are read");
+    command
+        .add_option("--input-space", input_space,
+                    "Color space of the file, overrides its header: one of $OCIO, or "
+                    "lin_rec709, ACEScg, ACES2065-1, lin_p3d65, lin_rec2020")
+        .type_name("SPACE")
+        .default_text("that of the header");
     command.add_flag("--lenient", is_lenient,
-                     "Leave out, with a warning, what the look asks for and the file lacks");
+                     "Skip, with a warning, what the preset names and the file lacks");
     command.footer(
-        "NAME is a light group, b0, b1, ..., tail, direct (b1), indirect (b2 to tail), env (all "
-        "domes), emissive,\n"
-        "shadow (a gain on it is the strength that is left), all, GROUP:BOUNCE, or one of --rows.\n"
-        "A row that is called like one of these words is that row; commas within the names of "
-        "rows\n"
-        "and mattes are typed as \\,.\n"
-        "A VALUE may have keys, VALUE@FRAME,VALUE@FRAME: linear between them.");
+        "NAME: a light group, b0, b1, ..., tail, direct (b1), indirect (b2 to tail), env (all "
+        "domes), emissive, shadow (its gain is the remaining strength), all, GROUP:BOUNCE, or one "
+        "of --rows. A row of that name comes first. Commas in names of rows and mattes are "
+        "typed \\,.\n"
+        "Keyed values: VALUE@FRAME,VALUE@FRAME, linear between keys.");
 }
 
 Result<Look> LookOptions::look() const {
@@ -95,10 +99,14 @@ Result<Look> LookOptions::look() const {
         if (name == rows_option) {
             if (auto added = add_rows(look, text); !added) return named(name, text, added.error());
         } else if (name == matte_option) {
-            if (!last) return Error{"bad-matte", "--matte " + text + " has no control before it"};
+            if (!last)
+                return Error{"bad-matte", "--matte " + text +
+                                              " has no option before it that it could limit; put "
+                                              "it after one, e.g. --gain key=2 --matte " +
+                                              text};
             if (!last->matte.empty())
                 return Error{"bad-matte",
-                             fmt::format("--matte {}: --{} {} is within {} already", text,
+                             fmt::format("--matte {}: --{} {} has the matte {} already", text,
                                          name_of(last->kind), last->target, last->matte)};
             last->matte = text;
         }
@@ -114,8 +122,8 @@ Result<Look> LookOptions::look() const {
     look.input_space = input_space;
     if (std::abs(look.exposure_stops) > largest_stops)
         return Error{"bad-gain",
-                     fmt::format("the preset's exposure and --exposure come to {:+} stops; {} are "
-                                 "the most",
+                     fmt::format("exposure of the preset and --exposure add up to {:+} stops; the "
+                                 "maximum is {}",
                                  look.exposure_stops, largest_stops)};
     return look;
 }
@@ -123,7 +131,8 @@ Result<Look> LookOptions::look() const {
 Result<Look> LookOptions::look_of_frame() const {
     auto asked = look();
     if (!asked || !has_keys(*asked)) return asked;
-    if (!frame) return Error{"no-frame", "the look has keys; say at which --frame"};
+    if (!frame)
+        return Error{"no-frame", "the preset has keyed values; choose a frame with --frame N"};
     return look_at(std::move(*asked), *frame);
 }
 
@@ -136,14 +145,15 @@ Result<Look> LookOptions::look_at_frame(int frame_of_sequence) const {
 Result<std::string> LookOptions::input_of_frame(const std::string& input) const {
     if (!is_sequence(input)) return input;
     if (!frame || *frame != std::floor(*frame) || std::abs(*frame) > largest_frame)
-        return Error{"no-frame", input + " is a sequence: say which --frame of it, a whole number"};
+        return Error{"no-frame",
+                     input + " is a sequence; choose a frame with --frame N, a whole number"};
     return frame_file(input, int(*frame));
 }
 
 Look LookOptions::fitted(const LayerStack& stack, const Look& look) const {
     if (!is_lenient) return look;
     mix::FittedLook fitted = mix::fit_look(stack, look);
-    for (const std::string& line : fitted.left_out) warn("left out " + line);
+    for (const std::string& line : fitted.left_out) warn("skipped " + line);
     return std::move(fitted.look);
 }
 

@@ -15,12 +15,15 @@ namespace velatura::compositor::cli {
 namespace {
 
 int run_command(int argc, char** argv) {
-    CommandLine app("Recombines the light layers of a Velatura render.", "velatura-comp");
+    CommandLine app("Mixes, checks and converts the light layers of a render.", "velatura-comp");
     app.add_version_flag(std::string("velatura-comp ") + VELATURA_VERSION);
     app.require_subcommand();
     app.footer(
         "Exit codes: 0 done, 1 file or output error, 2 usage, 3 done in part, 4 check failed or "
         "files differ, 5 merge refused.");
+    app.example(
+        "velatura-comp info shot.exr\n"
+        "velatura-comp mix shot.exr -o shot.png --gain key=+1st");
     std::function<int()> run;
     add_info_command(app, run);
     add_mix_command(app, run);
@@ -53,7 +56,7 @@ int main(int argc, char** argv) {
         return run_command(argc, argv);
     } catch (const std::exception& e) {
         // Printing takes no memory, of which there may be none
-        std::fprintf(stderr, "velatura-comp: error: %s\n", e.what());
+        std::fprintf(stderr, "error: %s [internal]\n", e.what());
         return failed;
     }
 }

@@ -37,7 +37,7 @@ int run_merge(const MergeOptions& o) {
         std::vector<std::string> files;
         for (const std::string& input : o.inputs) {
             const std::vector<std::string> of_input = files_of(input);
-            if (of_input.empty()) return report({"frame-missing", "there is no frame of " + input});
+            if (of_input.empty()) return report({"frame-missing", "no frame found of " + input});
             files.insert(files.end(), of_input.begin(), of_input.end());
         }
         return merge_one(files, o.output, o.keep_sums);
@@ -54,15 +54,19 @@ int run_merge(const MergeOptions& o) {
 void add_merge_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<MergeOptions>();
     Command command = app.add_subcommand(
-        "merge", "Join renders of adjacent sample ranges into the single render");
+        "merge", "Join renders of adjacent sample ranges, bit for bit as one render");
     command
-        .add_option("inputs", o->inputs,
-                    "Files rendered with --samples A:B; sequences frame by frame where -o is one")
+        .add_option(
+            "inputs", o->inputs,
+            "Files rendered with --samples A:B; sequences are merged frame by frame if -o is "
+            "one")
         .required()
         .reads();
     add_frames_option(command, o->frames);
     command.add_option("-o,--output", o->output, "Merged file").required().writes();
-    command.add_flag("--keep-sums", o->keep_sums, "Keep the exact sums, for another merge");
+    command.add_flag("--keep-sums", o->keep_sums,
+                     "Resumable output: store the exact sums, for --resume or another merge");
+    command.example("velatura-comp merge a.exr b.exr -o shot.exr");
     command.callback([&run, o] { run = [o] { return run_merge(*o); }; });
 }
 

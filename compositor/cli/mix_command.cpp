@@ -92,15 +92,13 @@ FrameRuns runs_of(const MixOptions& o) {
 
 void warn_of_memory(const mix::MixJob& job, const mix::MemoryShare& share) {
     if (share.frame_bytes > job.memory_bytes)
-        warn(fmt::format("{} takes some {:.1f} GB, more than --memory",
+        warn(fmt::format("{} needs about {:.1f} GB, above --memory",
                          has_sequence({job.inputs, {}, {}}) ? "a frame" : job.inputs[0],
                          double(share.frame_bytes) * 0x1p-30));
 }
 
 int mix_frames(const MixOptions& o, const mix::MixJob& job) {
-    if (o.look.frame)
-        return report(
-            {"bad-frames", "--frame is for one file: a frame of a sequence has its number"});
+    if (o.look.frame) return report({"bad-frames", "--frame needs a single file, not a sequence"});
     const auto frames = frames_of(runs_of(o));
     if (!frames) return report(frames.error());
     warn_of_memory(job, mix::share_memory(job, *frames));
@@ -163,39 +161,48 @@ int run_mix(const MixOptions& o) {
 
 void add_mix_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<MixOptions>();
-    Command command = app.add_subcommand("mix", "Gains, tints, mute, solo and shadow lift");
+    Command command =
+        app.add_subcommand("mix", "Mix light layers: gain, tint, mute, solo, shadow lift");
     command
-        .add_option("input", o->inputs,
-                    "File of light layers, or shot.####.exr; of another renderer: each layer.RGB "
-                    "is a row, `rest` what they leave of the beauty. Several files (one per AOV) "
-                    "are one mix: each is a row by what tells their names apart")
+        .add_option(
+            "input", o->inputs,
+            "File of light layers, or shot.####.exr. EXR of another renderer: each layer.RGB "
+            "is a row, and `rest` is the beauty minus these. Several files of one AOV each "
+            "are one mix, with rows named by where the file names differ")
         .required()
         .reads();
     command
-        .add_option("-o,--output", o->output,
-                    "Scene-linear .exr, or .png, .jpg, .tif or .dpx through OpenColorIO")
+        .add_option(
+            "-o,--output", o->output,
+            "Output file: scene-linear .exr, or .png, .jpg, .tif or .dpx through OpenColorIO")
         .required()
         .writes();
     o->look.add_to(command);
-    command.add_option("--save-preset", o->save_preset, "Write the look as JSON").writes();
+    command.add_option("--save-preset", o->save_preset, "Preset file to write, JSON")
+        .type_name("FILE")
+        .writes();
     add_stereo_option(command, o->stereo);
-    command.add_option("--display", o->display, "OpenColorIO display for all but .exr");
-    command.add_option("--view", o->view,
-                       "OpenColorIO view: ACES, sRGB or Raw in the built-in config");
+    command.add_option("--display", o->display, "OpenColorIO display, except for .exr")
+        .type_name("NAME");
+    command
+        .add_option("--view", o->view,
+                    "OpenColorIO view, except for .exr: ACES, sRGB or Raw in the built-in config")
+        .type_name("NAME");
     o->storage.add_to(command);
     command.add_flag(
         "--with-layers", o->with_layers,
-        "Store all layers in the .exr as well: light gained as in the mix (shadows less "
-        "what is lifted of them), data and Cryptomattes bit for bit");
+        "Store all layers in the .exr too: light layers with their gains, shadow layers without "
+        "the lifted part, data and Cryptomattes bit for bit");
     add_frames_option(command, o->frames);
     command
         .add_option("--memory", o->memory_gb,
-                    "GB to mix in (4): decides how many frames of a sequence are at work at once, "
-                    "and what readers take")
+                    "Memory for mixing in GB; decides how many frames of a sequence are mixed at "
+                    "once")
         .range(0.1, 4096.0);
     command.add_flag("--strict", o->is_strict,
-                     "Refuse NaN and infinite values (exit code 4) instead of taking them as 0");
-    command.add_flag("-q,--quiet", o->is_quiet, "No progress");
+                     "Reject NaN and infinite values (exit code 4) instead of reading them as 0");
+    command.add_flag("-q,--quiet", o->is_quiet, "Print no progress");
+    command.example("velatura-comp mix shot.exr -o shot.png --gain key=+1.5st --gain indirect=2");
     command.callback([&run, o] { run = [o] { return run_mix(*o); }; });
 }
 

@@ -160,8 +160,7 @@ int run_noise(const NoiseOptions& o) {
         return report({"bad-output", o.output + " is not " + picture_names()});
     const FrameRuns runs = {{o.input, o.stats}, {o.output}, o.frames};
     if (o.look.frame && has_sequence(runs))
-        return report(
-            {"bad-frames", "--frame is for one file: a frame of a sequence has its number"});
+        return report({"bad-frames", "--frame needs a single file, not a sequence"});
     return run_frames(runs, [&](const FrameNames& names) {
         NoiseOptions one = o;
         one.input = names.input(o.input);
@@ -176,7 +175,9 @@ int run_noise(const NoiseOptions& o) {
 void add_noise_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<NoiseOptions>();
     Command command = app.add_subcommand(
-        "noise", "What a mix brings of noise, from half images: error, samples to hold it, rows");
+        "noise",
+        "Predict the noise after grading, and the spp needed to keep it constant, from half "
+        "images");
     command
         .add_option("input", o->input,
                     "File of light layers, or shot.####.exr, rendered with --halves")
@@ -184,17 +185,21 @@ void add_noise_command(Command& app, std::function<int()>& run) {
         .reads();
     add_frames_option(command, o->frames);
     o->look.add_to(command);
-    command.add_option("--target", o->target,
-                       "Error to reach, e.g. 1%; default: that of the render as it is");
+    command.add_option("--target", o->target, "Target error of the mix, e.g. 1%")
+        .type_name("ERROR")
+        .default_text("the error of the render without grading");
     command
         .add_option("--stats", o->stats,
-                    "Statistics of the render (velatura render --stats), for times")
+                    "Statistics of the render (`velatura render --stats`), to predict times")
+        .type_name("FILE")
         .reads();
     command
         .add_option("-o,--output", o->output,
-                    "Where it is noisy: .exr (standard error per channel), .png or .jpg (heat)")
+                    "Noise map: .exr (standard error per channel), .png or .jpg (heat map)")
+        .type_name("FILE")
         .writes();
-    command.add_flag("--json", o->json, "As JSON");
+    command.add_flag("--json", o->json, "Print JSON");
+    command.example("velatura-comp noise shot.exr --gain key=+2st -o heat.png");
     command.callback([&run, o] { run = [o] { return run_noise(*o); }; });
 }
 

@@ -39,12 +39,13 @@ int run_diff(const PresetOptions& o) {
 
 void add_preset_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<PresetOptions>();
-    Command command = app.add_subcommand("preset", "Looks as files");
+    Command command = app.add_subcommand("preset", "Work with presets");
     command.require_subcommand();
-    Command diff = command.add_subcommand(
-        "diff", "What makes of one look the other; exit code 4 if they differ");
-    diff.add_option("a", o->a, "Look (JSON)").required();
-    diff.add_option("b", o->b, "Another one").required();
+    Command diff =
+        command.add_subcommand("diff", "Compare two presets; exit code 4 if they differ");
+    diff.add_option("a", o->a, "Preset A (JSON)").required();
+    diff.add_option("b", o->b, "Preset B (JSON)").required();
+    diff.example("velatura-comp preset diff day.json night.json");
     diff.callback([&run, o] { run = [o] { return run_diff(*o); }; });
 }
 

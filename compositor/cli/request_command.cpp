@@ -56,7 +56,7 @@ void print_plan(const noise::TopUpPlan& plan) {
     if (plan.target > 0 && plan.error_after > plan.target * 1.02)
         fmt::print("{} is out of reach.\n", percent(plan.target));
     if (plan.request.samples <= plan.samples_now) {
-        fmt::print("{} is reached: nothing is asked for.\n",
+        fmt::print("{} is already reached; no samples requested.\n",
                    plan.target > 0 ? percent(plan.target) : "That many samples");
     } else {
         fmt::print("topped up    {} with {:.4g}, placed for this mix\n", percent(plan.error_after),
@@ -80,9 +80,10 @@ int run_request(const RequestOptions& o) {
     if (!sums) return report(sums.error());
     const auto counts = layers::stored_counts(*sums);
     if (!counts)
-        return report({counts.error().code, fmt::format("{}: {}; render with --keep-sums, so that "
-                                                        "--resume can go on from it",
-                                                        *input, counts.error().message)});
+        return report(
+            {counts.error().code,
+             fmt::format("{}: {}; render with --keep-sums, so that --resume can continue it",
+                         *input, counts.error().message)});
     const auto wish = wish_of(o, *counts);
     if (!wish) return report(wish.error());
     const auto plan = noise::plan_top_up(*stack, *counts, look, *wish);
@@ -100,21 +101,27 @@ void declare(Command& command, const std::shared_ptr<RequestOptions>& o) {
         .required()
         .reads();
     o->look.add_to(command);
-    command.add_option("-o,--output", o->output, "Request, .json; STEM.priority.exr beside it")
+    command
+        .add_option("-o,--output", o->output, "Request file, .json; also writes STEM.priority.exr")
         .required()
         .writes();
-    Command how = command.add_group(
-        "How far (default: --target the error of the render "
-        "as it is)");
-    how.add_option("--target", o->target, "Error to reach, e.g. 1%");
-    how.add_option("--samples-factor", o->factor, "Times as many samples as there are")
+    Command how = command.add_group("Amount of samples, one of");
+    how.add_option("--target", o->target, "Target error of the mix, e.g. 1%")
+        .type_name("ERROR")
+        .default_text("the error of the render without grading");
+    how.add_option("--samples-factor", o->factor, "Factor on the samples of the file")
         .range(1.0, 1e6);
-    how.add_option("--spp", o->samples, "Samples per pixel in the mean, with those there are")
+    how.add_option("--spp", o->samples, "Samples per pixel on average, including those of the file")
         .range(1.0, 0x1p31);
-    Option time = how.add_option("--time", o->time, "Further time to render, e.g. 90s, 10m");
+    Option time =
+        how.add_option("--time", o->time, "Further render time, e.g. 90s, 10m").type_name("TIME");
     how.require_options(0, 1);
     Option stats =
-        command.add_option("--stats", o->stats, "Statistics of the render, for --time").reads();
+        command
+            .add_option("--stats", o->stats,
+                        "Statistics of the render (`velatura render --stats`), for --time")
+            .type_name("FILE")
+            .reads();
     time.needs(stats);
     stats.needs(time);
 }
@@ -124,18 +131,21 @@ void declare(Command& command, const std::shared_ptr<RequestOptions>& o) {
 void add_request_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<RequestOptions>();
     Command command = app.add_subcommand(
-        "request", "Ask for further samples where a mix is noisy: for velatura render --for-mix");
+        "request", "Plan further samples where a mix is noisy, for `velatura render --for-mix`");
     declare(command, o);
+    command.example(
+        "velatura-comp request shot.exr --gain key=+2st --target 1% -o request.json\n"
+        "velatura render shot.usda -o shot.exr --resume --for-mix request.json");
     command.callback([&run, o] { run = [o] { return run_request(*o); }; });
 
     // As it was called until 0.1.0; `velatura plan` is something else
     const auto old = std::make_shared<RequestOptions>();
-    Command former = app.add_subcommand("plan", "The former name of request").hidden();
+    Command former = app.add_subcommand("plan", "Former name of request").hidden();
     declare(former, old);
     former.callback([&run, old] {
         run = [old] {
             fmt::print(stderr,
-                       "note: velatura-comp plan is called velatura-comp request now [renamed]\n");
+                       "note: `velatura-comp plan` is now `velatura-comp request` [renamed]\n");
             return run_request(*old);
         };
     });

@@ -36,11 +36,11 @@ Result<std::string> window_program() {
     const fs::path self = fs::read_symlink("/proc/self/exe", failed);
     const fs::path program = self.parent_path() / "velatura-comp-ui";
     if (!failed && fs::exists(program, failed)) return program.string();
-    return Error{"no-window",
-                 fmt::format("there is no velatura-comp-ui beside {}: the window was not built; it "
-                             "needs Dear ImGui, GLFW and OpenGL (Debian: libimgui-dev "
-                             "libglfw3-dev libgl-dev)",
-                             self.filename().string())};
+    return Error{
+        "no-window",
+        fmt::format("velatura-comp-ui not found beside {}; the window was not built; it needs Dear "
+                    "ImGui, GLFW and OpenGL (Debian: libimgui-dev libglfw3-dev libgl-dev)",
+                    self.filename().string())};
 }
 
 /// Of a sequence the frame of --frame, else the first that is there.
@@ -51,10 +51,9 @@ Result<std::string> opened_file(const UiOptions& o, const std::string& input) {
                                            [&](int f) { return double(f) == *o.frame; })
                             : frames.begin();
     if (at == frames.end())
-        return Error{"frame-missing",
-                     o.frame ? fmt::format("there is no frame {:g} of {}; there are {}", *o.frame,
-                                           input, frame_list(frames))
-                             : "there is no frame of " + input};
+        return Error{"frame-missing", o.frame ? fmt::format("no frame {:g} of {}; frames: {}",
+                                                            *o.frame, input, frame_list(frames))
+                                              : "no frame found of " + input};
     return frame_file(input, *at);
 }
 
@@ -66,11 +65,9 @@ int run_ui(const UiOptions& o) {
         if (!input->empty()) inputs.push_back(*input);
     }
     if (inputs.size() > 1 && are_frames(inputs))
-        return report(
-            {"bad-frames",
-             fmt::format("{} and {} are frames of a sequence, not AOVs of one image: open "
-                         "it as shot.####.exr",
-                         inputs[0], inputs[1])});
+        return report({"bad-frames", fmt::format("{} and {} are frames of a sequence, not AOVs of "
+                                                 "one image; open it as shot.####.exr",
+                                                 inputs[0], inputs[1])});
     const auto program = window_program();
     if (!program) return report(program.error());
     std::vector<std::string> arguments = {*program};
@@ -96,16 +93,20 @@ int run_ui(const UiOptions& o) {
 
 void add_ui_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<UiOptions>();
-    Command command = app.add_subcommand("ui", "Mix in a window");
+    Command command = app.add_subcommand("ui", "Open the light mixer window");
     command.add_option("input", o->inputs,
-                       "File of light layers, a sequence (shot.####.exr), a look (.json), or "
-                       "several files of one AOV each (as mix takes them)");
-    command.add_option("--preset", o->preset, "Look to start with (JSON)");
-    command.add_option("--frame", o->frame, "Frame at which keys are read (default: the file's)");
-    command.add_option("--input-space", o->input_space,
-                       "Color space of the file, where it does not say it (see mix)");
+                       "File of light layers, sequence (shot.####.exr), preset (.json), or several "
+                       "files of one AOV each (see `mix`)");
+    command.add_option("--preset", o->preset, "Preset to open (JSON)").type_name("FILE");
+    command.add_option("--frame", o->frame, "Frame at which keyed values are read")
+        .default_text("that of the file");
+    command
+        .add_option("--input-space", o->input_space,
+                    "Color space of the file, overrides its header (see `mix`)")
+        .type_name("SPACE");
     add_stereo_option(command, o->stereo);
-    command.add_option("--size", o->size, "Width and height of the window").size(16384);
+    command.add_option("--size", o->size, "Window size").size(16384).default_text("1600 960");
+    command.example("velatura-comp ui shot.exr");
     command.callback([&run, o] { run = [o] { return run_ui(*o); }; });
 }
 

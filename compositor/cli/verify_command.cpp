@@ -34,7 +34,7 @@ int verify_one(const VerifyOptions& o) {
     if (o.quiet) return done;
     fmt::print("{}: {} layers, {} channels\n", o.file, check.layers, check.channels);
     for (const layers::FamilyClosure& c : check.closure) {
-        fmt::print("  {}: {} layers add up to the beauty {}\n", c.family, c.order.size(),
+        fmt::print("  {}: {} AOVs sum to the beauty: OK, {}\n", c.family, c.order.size(),
                    c.is_exact ? std::string("bit for bit")
                               : fmt::format("within rounding ({:.3f} of the bound)", c.measured));
     }
@@ -51,13 +51,14 @@ int run_verify(const VerifyOptions& o) {
 
 void add_verify_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<VerifyOptions>();
-    Command command =
-        app.add_subcommand("verify", "Check closure, names, values and digests of a file");
+    Command command = app.add_subcommand(
+        "verify", "Verify that AOVs sum to the beauty, and names, values and digests of a file");
     command.add_option("file", o->file, "File of light layers, or shot.####.exr")
         .required()
         .reads();
     add_frames_option(command, o->frames);
-    command.add_flag("-q,--quiet", o->quiet, "Print problems only");
+    command.add_flag("-q,--quiet", o->quiet, "Print errors only");
+    command.example("velatura-comp verify shot.exr");
     command.callback([&run, o] { run = [o] { return run_verify(*o); }; });
 }
 

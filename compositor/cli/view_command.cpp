@@ -36,7 +36,7 @@ int view_one(const ViewOptions& o) {
 int run_view(const ViewOptions& o) {
     if (!is_display_picture(o.output))
         return report({"bad-output",
-                       o.output + " is not a picture that is looked at: .png, .jpg, .tif or .dpx"});
+                       o.output + " is not a display image; expected .png, .jpg, .tif or .dpx"});
     return run_frames({{o.input}, {o.output}, o.frames}, [&](const FrameNames& names) {
         ViewOptions one = o;
         one.input = names.input(o.input);
@@ -49,30 +49,32 @@ int run_view(const ViewOptions& o) {
 
 void add_view_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<ViewOptions>();
-    Command command = app.add_subcommand("view", "All layers with their names on one picture");
+    Command command = app.add_subcommand("view", "Write a contact sheet of all layers");
     command.add_option("input", o->input, "Any EXR file, or shot.####.exr").required().reads();
-    command.add_option("-o,--output", o->output, ".png or .jpg").required().writes();
+    command.add_option("-o,--output", o->output, "Output image, .png or .jpg").required().writes();
     add_frames_option(command, o->frames);
-    command.add_option("--layers", o->sheet.patterns,
-                       "Only these; patterns with * and ?, may be repeated");
+    command.add_option("--layers", o->sheet.patterns, "Layers to show, as patterns with * and ?");
     command.add_flag("--halves", o->sheet.halves,
-                     "Half images as well, of the layers that --layers names");
-    command.add_flag("--fit", o->sheet.fit,
-                     "Each layer at the exposure that shows it best, in the caption");
-    command.add_option("--exposure", o->sheet.exposure_stops, "Stops, on every light layer")
-        .range(-largest_stops, largest_stops);
+                     "Show half images too, of the layers that --layers names");
+    command.add_flag("--fit", o->sheet.fit, "Automatic exposure per layer, printed in its caption");
     command
-        .add_option("--columns", o->sheet.columns,
-                    "Layers side by side (default: as wide as a monitor)")
+        .add_option("--exposure", o->sheet.exposure_stops, "Exposure of the light layers, in stops")
+        .range(-largest_stops, largest_stops);
+    command.add_option("--columns", o->sheet.columns, "Layers per row")
+        .default_text("as wide as a monitor")
         .range(1, 1000);
     command
         .add_option("--width", o->sheet.cell_width,
-                    "Pixels of a layer, fewer where there are very many; default 320")
+                    "Width of a layer in pixels, reduced for very many layers")
+        .default_text("320")
         .range(32, 4096);
-    command.add_option("--display", o->sheet.display, "OpenColorIO display");
-    command.add_option("--view", o->sheet.view, "OpenColorIO view");
-    command.add_option("--input-space", o->sheet.input_space,
-                       "Color space of the file, where it does not say it or is wrong");
+    command.add_option("--display", o->sheet.display, "OpenColorIO display").type_name("NAME");
+    command.add_option("--view", o->sheet.view, "OpenColorIO view").type_name("NAME");
+    command
+        .add_option("--input-space", o->sheet.input_space,
+                    "Color space of the file, overrides its header")
+        .type_name("SPACE");
+    command.example("velatura-comp view shot.exr -o sheet.png --fit");
     command.callback([&run, o] { run = [o] { return run_view(*o); }; });
 }
 

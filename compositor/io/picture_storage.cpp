@@ -37,17 +37,20 @@ Error not_stored(const std::string& option, const std::string& output, const std
 
 void PictureStorageOptions::add_to(Command& command) {
     command
-        .add_option("--depth", depth,
-                    "Of each channel: half or float (.exr: float), 8 or 16 bits (.png, .tif: 8), "
-                    "8, 10, 12 or 16 (.dpx: 10)")
+        .add_option(
+            "--depth", depth,
+            "Channel depth: half or float (.exr), 8 or 16 bits (.png, .tif), 8, 10, 12 or 16 "
+            "bits (.dpx)")
+        .default_text("float for .exr, 10 for .dpx, else 8")
         .one_of({"half", "float", "8", "10", "12", "16"});
-    command.add_option("--compression", compression, "Of an .exr (zip); none loses a bit")
+    command.add_option("--compression", compression, "EXR compression, lossless")
+        .default_text("zip")
         .one_of(compression_names());
     command.add_flag("--alpha", has_alpha,
-                     "Store alpha in a .png or .tif, and colors that are not multiplied by it");
-    command.add_flag("--dither", has_dither,
-                     "Add noise of one step before values of a display picture are rounded, so "
-                     "that soft gradients show no bands");
+                     "Store alpha in .png or .tif, with unpremultiplied colors");
+    command.add_flag(
+        "--dither", has_dither,
+        "Dither .png, .jpg, .tif and .dpx by one step before rounding, against banding");
 }
 
 Result<PictureStorage> PictureStorageOptions::storage(const std::string& output) const {
@@ -68,7 +71,7 @@ Result<PictureStorage> PictureStorageOptions::storage(const std::string& output)
     const image::DisplayFormat* const format = image::display_format(output);
     if (!format) return Error{"bad-output", output + " is not " + picture_names()};
     if (!compression.empty())
-        return not_stored("--compression", output, "it is packed in one way only");
+        return not_stored("--compression", output, "it has only one compression");
     if (has_alpha && !format->has_alpha)
         return not_stored("--alpha", output, ".png, .tif and .exr store it");
     const std::vector<std::string> depths = depths_of(*format);

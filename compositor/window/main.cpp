@@ -33,7 +33,7 @@ struct Options {
 };
 
 int report(const Error& error) {
-    fmt::print(stderr, "velatura-comp-ui: error: {} [{}]\n", error.message, error.code);
+    fmt::print(stderr, "error: {} [{}]\n", error.message, error.code);
     return error.code == "bad-script" || error.code == "bad-arguments" ? usage : failed;
 }
 
@@ -60,8 +60,8 @@ class Times {
         fmt::print("{} frames: median {:.1f} ms, 95 % {:.1f} ms\n", frames_.size(), median(frames_),
                    median(frames_, 0.95));
         fmt::print(
-            "{} mixes, medians: something of the picture {:.0f} ms, what is seen {:.0f} ms, all of "
-            "it at full size {:.0f} ms\n",
+            "{} mixes, medians: first preview {:.0f} ms, visible part {:.0f} ms, full image {:.0f} "
+            "ms\n",
             all_.size(), median(first_), median(seen_), median(all_));
     }
 
@@ -103,7 +103,7 @@ int run(const Options& o) {
     desktop.set_input_space(o.input_space);
     desktop.set_stereo(o.stereo);
     if (o.frame && !std::isfinite(*o.frame))
-        return report({"bad-arguments", "--frame is no number"});
+        return report({"bad-arguments", "--frame is not a number"});
     for (const std::string& path : {o.preset, is_preset(input) ? input : std::string()}) {
         if (path.empty()) continue;
         desktop.load_preset(path);
@@ -152,20 +152,27 @@ int run(const Options& o) {
 }
 
 int run_command(int argc, char** argv) {
-    CommandLine app("The light mixer of Velatura: docs/reference/window.md.", "velatura-comp-ui");
+    CommandLine app("Opens the light mixer window.", "velatura-comp-ui");
     Options o;
     app.add_option("input", o.inputs,
-                   "File of light layers, a sequence (shot.####.exr), a look (.json), or several "
+                   "File of light layers, sequence (shot.####.exr), preset (.json), or several "
                    "files of one AOV each");
-    app.add_option("--preset", o.preset, "Look to start with (JSON)");
-    app.add_option("--frame", o.frame, "Frame at which keys are read (default: the file's)");
+    app.add_option("--preset", o.preset, "Preset to open (JSON)").type_name("FILE");
+    app.add_option("--frame", o.frame, "Frame at which keyed values are read")
+        .default_text("that of the file");
     app.add_option("--input-space", o.input_space,
-                   "Color space of the file, where it does not say it (velatura-comp mix --help)");
-    app.add_option("--stereo", o.stereo, "View of a stereo file (velatura-comp mix --help)");
+                   "Color space of the file, overrides its header (see `velatura-comp mix`)")
+        .type_name("SPACE");
+    app.add_option("--stereo", o.stereo,
+                   "View of a stereo file: left, right, or a name of the file")
+        .type_name("VIEW")
+        .default_text("the first");
     std::vector<int> size = {o.width, o.height};
-    app.add_option("--size", size, "Width and height of the window").size(16384);
-    app.add_option("--script", o.script, "Play mouse and keys from a file, then quit");
-    app.add_flag("--times", o.prints_times, "Print how long frames and mixes took");
+    app.add_option("--size", size, "Window size").size(16384).default_text("1600 960");
+    app.add_option("--script", o.script, "Script of mouse and key events to play before quitting")
+        .type_name("FILE");
+    app.add_flag("--times", o.prints_times, "Print the times of frames and mixes");
+    app.example("velatura-comp-ui shot.exr");
     if (const std::optional<CommandExit> ended = app.parse(argc, argv)) {
         std::fputs(ended->text.c_str(), ended->code == done ? stdout : stderr);
         return ended->code;
@@ -185,7 +192,7 @@ int main(int argc, char** argv) {
         velatura::put_memory_aside();
         return run_command(argc, argv);
     } catch (const std::exception& e) {
-        std::fprintf(stderr, "velatura-comp-ui: error: %s\n", e.what());
+        std::fprintf(stderr, "error: %s [internal]\n", e.what());
         return failed;
     }
 }

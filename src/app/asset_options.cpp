@@ -18,8 +18,8 @@ namespace fs = std::filesystem;
 void add_search_path_option(Command& command, std::vector<std::string>& folders) {
     command
         .add_option("--search-path", folders,
-                    "folder for assets without ./ or ../, before $PXR_AR_DEFAULT_SEARCH_PATH; may "
-                    "be repeated")
+                    "Search folder for asset paths without ./ or ../, before those of "
+                    "$PXR_AR_DEFAULT_SEARCH_PATH")
         .type_name("DIR")
         .existing_directory()
         .take_all()
@@ -29,24 +29,25 @@ void add_search_path_option(Command& command, std::vector<std::string>& folders)
 void add_root_options(Command& command, AssetOptions& options) {
     command
         .add_option("--asset-root", options.roots,
-                    "read files only beneath this folder and the scene's own, links followed; "
-                    "others are errors and the rest goes on; may be repeated, and "
-                    "$VELATURA_ASSET_ROOTS adds more, apart by ':' (default: anywhere)")
+                    "Allowed folder: read files only below it and the scene's own folder, after "
+                    "links are followed; report others as errors and render the rest. "
+                    "$VELATURA_ASSET_ROOTS adds more, separated by ':'")
         .type_name("DIR")
         .existing_directory()
         .take_all()
-        .allow_extra_args(false);
+        .allow_extra_args(false)
+        .default_text("any folder");
     command.add_flag("--confine", options.is_confined,
-                     "read files only beneath the scene's own folder, and each --asset-root: for "
-                     "scenes from people you do not trust");
+                     "Untrusted scene: read files only below the scene's own folder and each "
+                     "--asset-root");
     command.add_flag("--sandbox", options.is_sandboxed,
-                     "decode images in decoder processes: a crash or a hang of a decoder costs one "
-                     "image, not the render; on with --confine and --asset-root (0.2 s and 41 MB)");
+                     "Decode images in decoder processes: a crash or hang of a decoder costs one "
+                     "image, not the render (0.2 s and 41 MB); on with --confine and --asset-root");
     command
         .add_option("--missing-assets", options.missing,
-                    "a layer, texture, IES profile, volume file or plugin that the scene names and "
-                    "that cannot be read: fail (the rest is done and written, then exit code 1), "
-                    "or ignore (exit code 0; messages stay)")
+                    "Missing or unreadable layers, textures, IES profiles, volume files and "
+                    "plugins: fail (write the rest, then exit code 1) or ignore (exit code 0, same "
+                    "messages)")
         .one_of({"fail", "ignore"});
     add_limit_option(command, options.limits);
 }

@@ -69,14 +69,16 @@ int run_flatten(const FlattenArguments& arguments) {
         return UsageError;
     }
     if (arguments.crate && extension == ".usda") {
-        fmt::print(stderr, "error: --usdc writes binary, -o {} asks for text [usage]\n",
-                   arguments.output);
+        fmt::print(
+            stderr,
+            "error: --usdc writes binary, but -o {} is a text file; use -o FILE.usdc [usage]\n",
+            arguments.output);
         return UsageError;
     }
     if (arguments.layer_only && !arguments.assets.overrides.is_empty()) {
         fmt::print(stderr,
-                   "error: --layer writes one layer as it stands, without other opinions: remove "
-                   "--session, --variant and --set, or --layer [usage]\n");
+                   "error: --layer converts one layer without composition and cannot be combined "
+                   "with --session, --variant or --set [usage]\n");
         return UsageError;
     }
     const bool as_crate = arguments.crate || extension == ".usdc";
@@ -107,23 +109,27 @@ int run_flatten(const FlattenArguments& arguments) {
 }  // namespace
 
 void add_flatten_command(Command& app, std::function<int()>& run) {
-    Command command = app.add_subcommand("flatten", "The composed stage as one USD layer");
+    Command command = app.add_subcommand("flatten", "Flatten the composed stage to one USD layer");
     auto arguments = std::make_shared<FlattenArguments>();
     command.add_option("scene", arguments->scene, "USD scene (.usda, .usdc, .usd, .usdz)")
         .required()
         .reads();
-    add_search_path_option(command, arguments->assets.search_paths);
-    add_root_options(command, arguments->assets);
-    add_override_options(command, arguments->assets.overrides);
-    add_memory_option(command, arguments->memory_limit);
     add_materialx_option(command, arguments->reads_materialx);
-    command
-        .add_option("-o,--output", arguments->output,
-                    "file to write; text on the terminal when left out")
+    command.add_option("-o,--output", arguments->output, "Output layer")
         .type_name("FILE")
+        .default_text("print as .usda")
         .writes();
-    command.add_flag("--layer", arguments->layer_only, "that one layer as it stands, not composed");
-    command.add_flag("--usdc", arguments->crate, "binary (crate), as for a FILE.usdc");
+    command.add_flag("--layer", arguments->layer_only,
+                     "Convert this one layer, without composition");
+    command.add_flag("--usdc", arguments->crate,
+                     "Write binary (crate), as for an output FILE.usdc");
+    Command scene = command.add_group("Scene");
+    add_search_path_option(scene, arguments->assets.search_paths);
+    add_override_options(scene, arguments->assets.overrides);
+    Command limits = command.add_group("Files and limits");
+    add_memory_option(limits, arguments->memory_limit);
+    add_root_options(limits, arguments->assets);
+    command.example("velatura flatten shot.usda -o shot_flat.usdc");
     command.callback([arguments, &run] {
         run = [arguments] {
             return run_in_memory(arguments->memory_limit, [&] { return run_flatten(*arguments); });

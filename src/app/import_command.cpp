@@ -51,17 +51,19 @@ int run_import(const ImportArguments& arguments) {
 
 void add_import_command(Command& app, std::function<int()>& run) {
     Command command = app.add_subcommand(
-        "import", "Turn a .dae, .obj, .gltf, .glb, .ply or .fbx file into .usda");
+        "import", "Convert a .dae, .obj, .gltf, .glb, .ply or .fbx file to .usda");
     auto arguments = std::make_shared<ImportArguments>();
-    command.add_option("file", arguments->file, "scene or model").required().reads();
-    command.add_option("-o,--output", arguments->output, "layer to write")
+    command.add_option("file", arguments->file, "Scene or model").required().reads();
+    command.add_option("-o,--output", arguments->output, "Output layer, .usda")
         .required()
         .type_name("OUT.usda")
         .writes();
-    add_root_options(command, arguments->assets);
-    add_memory_option(command, arguments->memory_limit);
-    command.add_flag("-q,--quiet", arguments->quiet, "only errors");
-    command.add_flag("-v,--verbose", arguments->verbose, "notes too");
+    command.add_flag("-q,--quiet", arguments->quiet, "Print errors only");
+    command.add_flag("-v,--verbose", arguments->verbose, "Print notes too");
+    Command limits = command.add_group("Files and limits");
+    add_memory_option(limits, arguments->memory_limit);
+    add_root_options(limits, arguments->assets);
+    command.example("velatura import chair.gltf -o chair.usda");
     command.callback([arguments, &run] {
         run = [arguments] {
             return run_in_memory(arguments->memory_limit, [&] { return run_import(*arguments); });

@@ -97,10 +97,11 @@ int usage(const char* what) {
 int run_info(const InfoArguments& arguments) {
     if (int(arguments.dump) + int(arguments.tree) + int(arguments.has_explain) > 1)
         return usage("choose one of --dump, --tree and --explain");
-    if (arguments.has_explain && arguments.explain.empty()) return usage("--explain needs a path");
-    if (arguments.has_time && !arguments.has_explain) return usage("--time belongs to --explain");
+    if (arguments.has_explain && arguments.explain.empty())
+        return usage("--explain expects a path, found \"\"");
+    if (arguments.has_time && !arguments.has_explain) return usage("--time needs --explain");
     if (!arguments.material_purpose.empty() && !arguments.tree)
-        return usage("--material-purpose belongs to --tree");
+        return usage("--material-purpose needs --tree");
     if (std::isnan(arguments.time)) return usage("--time is not a number");
     Diagnostics diagnostics;
     print_diagnostics(diagnostics, false, false);
@@ -128,31 +129,35 @@ int run_info(const InfoArguments& arguments) {
 }  // namespace
 
 void add_info_command(Command& app, std::function<int()>& run) {
-    Command command = app.add_subcommand("info", "What a USD scene holds");
+    Command command =
+        app.add_subcommand("info", "Summarize a USD scene: prims, lights, render settings");
     auto arguments = std::make_shared<InfoArguments>();
     command.add_option("scene", arguments->scene, "USD scene (.usda, .usdc, .usd, .usdz)")
         .required()
         .reads();
-    add_search_path_option(command, arguments->assets.search_paths);
-    add_root_options(command, arguments->assets);
-    add_override_options(command, arguments->assets.overrides);
-    add_memory_option(command, arguments->memory_limit);
     add_materialx_option(command, arguments->reads_materialx);
-    command.add_flag("--dump", arguments->dump, "every fact of the composed stage, one per line");
-    command.add_flag("--tree", arguments->tree, "the prims a renderer sees");
+    command.add_flag("--dump", arguments->dump,
+                     "Print every fact of the composed stage, one per line");
+    command.add_flag("--tree", arguments->tree, "Print the prim tree as a renderer sees it");
     command
         .add_option("--material-purpose", arguments->material_purpose,
-                    "with --tree: the material that a render gives each prim by its bindings of "
-                    "this purpose: full, preview, allPurpose")
+                    "Material binding purpose of the materials that --tree prints")
         .one_of({"full", "preview", "allPurpose"});
     const Option explain =
         command
             .add_option("--explain", arguments->explain,
-                        "every opinion about /Prim, /Prim.property or a metadatum (/Prim#kind), "
+                        "Print every opinion on /Prim, /Prim.property or metadata (/Prim#kind), "
                         "strongest first")
             .type_name("PATH");
-    const Option time = command.add_option(
-        "--time", arguments->time, "time code of --explain; the default time when left out");
+    const Option time = command.add_option("--time", arguments->time, "Time code of --explain")
+                            .default_text("the default time");
+    Command scene = command.add_group("Scene");
+    add_search_path_option(scene, arguments->assets.search_paths);
+    add_override_options(scene, arguments->assets.overrides);
+    Command limits = command.add_group("Files and limits");
+    add_memory_option(limits, arguments->memory_limit);
+    add_root_options(limits, arguments->assets);
+    command.example("velatura info shot.usda --explain /World/Key.inputs:intensity");
     command.callback([arguments, explain, time, &run] {
         arguments->has_explain = explain.count() > 0;
         arguments->has_time = time.count() > 0;

@@ -3,6 +3,7 @@
 
 #include "app/parse_values.h"
 #include "base/memory_limit.h"
+#include "base/nearest_names.h"
 #include "base/result.h"
 
 #include <fmt/format.h>
@@ -29,7 +30,7 @@ Result<size_t> parse_count(const std::string& text) {
         count != std::floor(count))
         return Error{
             "usage",
-            fmt::format("cannot read \"{}\": expected a whole number, such as 2000 or 1e6", text)};
+            fmt::format("expected a whole number such as 2000 or 1e6, found \"{}\"", text)};
     return size_t(count);
 }
 
@@ -38,7 +39,8 @@ Result<void> set_to(T& value,
                     const Result<size_t>& parsed,
                     size_t most = std::numeric_limits<size_t>::max()) {
     if (!parsed) return parsed.error();
-    if (*parsed > most) return Error{"usage", fmt::format("{} is too large", *parsed)};
+    if (*parsed > most)
+        return Error{"usage", fmt::format("{} is above the maximum of {}", *parsed, most)};
     value = T(*parsed);
     return {};
 }
@@ -50,28 +52,28 @@ struct LimitOption {
 };
 
 constexpr LimitOption limit_options[] = {
-    {"prims", "of the composed stage",
+    {"prims", "of the stage, 2e7",
      [](Limits& l, const std::string& t) { return set_to(l.prims, parse_count(t)); }},
-    {"prims-per-spec", "composed, for each one that the files hold",
+    {"prims-per-spec", "composed prims per authored one, 1000",
      [](Limits& l, const std::string& t) { return set_to(l.prims_per_spec, parse_count(t)); }},
-    {"layers", "opened",
+    {"layers", "opened, 1e5",
      [](Limits& l, const std::string& t) { return set_to(l.layers, parse_count(t)); }},
-    {"array-bytes", "that .usdc files hold compressed, e.g. 16G",
+    {"array-bytes", "compressed arrays of .usdc, 1GiB",
      [](Limits& l, const std::string& t) {
          return set_to(l.array_bytes, parse_size(t, machine_bytes()));
      }},
-    {"picture-side", "pixels along the side of a texture",
+    {"picture-side", "texture width and height, 1048576",
      [](Limits& l, const std::string& t) {
          return set_to(l.picture_side, parse_count(t), size_t(1) << 28);
      }},
-    {"decode-time", "of CPU for one request to a decoder process of --sandbox, e.g. 10m",
+    {"decode-time", "CPU time of one request to a decoder process (--sandbox), 60s",
      [](Limits& l, const std::string& t) -> Result<void> {
          const Result<double> seconds = parse_duration(t);
          if (!seconds) return seconds.error();
          l.decoding.seconds = *seconds;
          return {};
      }},
-    {"decode-memory", "of the decoder of an image, e.g. 32G",
+    {"decode-memory", "of an image decoder, 8GiB",
      [](Limits& l, const std::string& t) {
          return set_to(l.decoding.bytes, parse_size(t, machine_bytes()));
      }},
@@ -84,10 +86,14 @@ Result<void> set_limit(Limits& limits, const std::string& text) {
     for (const LimitOption& option : limit_options)
         if (text.substr(0, at) == option.name) return option.set(limits, text.substr(at + 1));
     std::string names;
-    for (const LimitOption& option : limit_options)
+    std::vector<std::string> known;
+    for (const LimitOption& option : limit_options) {
+        known.emplace_back(option.name);
         names += fmt::format("{}{}", names.empty() ? "" : ", ", option.name);
+    }
     return Error{"usage",
-                 fmt::format("there is no limit \"{}\"; there are {}", text.substr(0, at), names)};
+                 fmt::format("unknown limit \"{}\"{}; expected one of {}", text.substr(0, at),
+                             did_you_mean(text.substr(0, at), known), names)};
 }
 
 }  // namespace
@@ -101,9 +107,7 @@ void add_limit_option(Command& command, Limits& limits) {
         const Result<void> done = set_limit(limits, text);
         return done ? std::string() : done.error().message;
     };
-    command
-        .add_option("--limit", "how much a scene may ask for before it is refused: " + meanings +
-                                   "; may be repeated")
+    command.add_option("--limit", "Limit of what the scene's files can request: " + meanings)
         .type_name("NAME=VALUE")
         .expected(1)
         .take_all()

@@ -24,15 +24,16 @@ namespace velatura::app {
 
 namespace {
 
-/// Says which files were cut short, or could not be read, behind the back of those who used them;
+/// Reports the files that were truncated, or became unreadable, while they were read. Returns:
 /// whether there are any.
 bool report_lost_pages() {
     const std::vector<std::string> files = files_with_lost_pages();
     for (const std::string& file : files)
-        fmt::print(stderr,
-                   "error: {} was cut short or could not be read while it was in use: zeros stand "
-                   "for what is missing [file-lost]\n",
-                   file);
+        fmt::print(
+            stderr,
+            "error: {} was truncated, or became unreadable, while it was read; zeros replace "
+            "the missing bytes, so the image can be wrong [file-lost]\n",
+            file);
     return !files.empty();
 }
 
@@ -46,11 +47,12 @@ bool is_scene_name(const std::string& word) {
 
 int run_command(int argc, char** argv) {
     CommandLine app(
-        "Velatura: a path tracer for USD scenes that keeps light in layers; `velatura SCENE` is "
+        "Velatura: a path tracer for USD scenes with light layers; `velatura SCENE` is "
         "`velatura render SCENE`");
     app.add_version_flag(std::string("velatura ") + VELATURA_VERSION);
     app.require_subcommand();
     app.footer(exit_codes_text());
+    app.example("velatura render shot.usda -o shot.exr\nvelatura help layers");
     std::function<int()> run;
     add_render_command(app, run);
     add_study_command(app, run);
@@ -59,6 +61,7 @@ int run_command(int argc, char** argv) {
     add_selftest_command(app, run);
     add_flatten_command(app, run);
     add_import_command(app, run);
+    add_help_command(app, run);
     app.set_default_subcommand("render", is_scene_name);
     if (const std::optional<CommandExit> ended = app.parse(argc, argv)) {
         std::fputs(ended->text.c_str(), ended->code == Done ? stdout : stderr);

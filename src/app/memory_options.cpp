@@ -13,12 +13,11 @@
 
 namespace velatura::app {
 
-void add_memory_option(Command& command, std::string& limit) {
-    command
+Option add_memory_option(Command& command, std::string& limit) {
+    return command
         .add_option("--memory-limit", limit,
-                    "memory that the process may have resident, e.g. 8G, 800M or 50% of the "
-                    "machine's; what does not fit is refused before it is taken (exit 6), and a "
-                    "render that comes near stops with what it has (exit 3)")
+                    "Memory limit, e.g. 8G, 800M or 50% of the machine's: exit code 6 if the scene "
+                    "does not fit, exit code 3 with a valid file if a render reaches it")
         .type_name("SIZE")
         .not_empty();
 }
@@ -38,7 +37,7 @@ int run_in_memory(const std::string& limit, const std::function<int()>& work) {
         // What was in use has been given back by now, but for the kernel's own count
         const size_t used = peak_resident_bytes(), asked = MemoryLimit::refused_bytes();
         fmt::print(stderr,
-                   "error: --memory-limit: {} is too low: {} in use and {} asked for {}; at least "
+                   "error: --memory-limit: {} is too low: {} in use and {} requested {}; at least "
                    "{} needed [memory-limit]\n",
                    format_bytes(*bytes), format_bytes(used),
                    asked > 0 ? format_bytes(asked) + " more" : "more", MemoryLimit::doing(),

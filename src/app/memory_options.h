@@ -9,7 +9,7 @@
 namespace velatura::app {
 
 /// Adds --memory-limit; its text goes to run_in_memory.
-void add_memory_option(Command& command, std::string& limit);
+Option add_memory_option(Command& command, std::string& limit);
 
 /// Does the work while the process keeps below the limit, as typed; empty = none.
 /// Returns: what the work returns, UsageError for what is no size, MemoryReached, with a message on

@@ -37,12 +37,13 @@ int print_plan(const RenderJob& job,
 
 void add_plan_command(Command& app, std::function<int()>& run) {
     Command command = app.add_subcommand("plan",
-                                         "Say what a render with these options would simulate, "
-                                         "and why; takes all options of render");
+                                         "List the features that a render with these options "
+                                         "would use, and why; takes all options of render");
     auto arguments = std::make_shared<RenderArguments>();
     auto as_json = std::make_shared<bool>(false);
     declare_render_options(command, *arguments);
-    command.add_flag("--json", *as_json, "print JSON");
+    command.add_flag("--json", *as_json, "Print JSON");
+    command.example("velatura plan shot.usda --memory-limit 8G");
     command.callback([arguments, as_json, &run] {
         run = [arguments, as_json] {
             return for_each_frame(*arguments, [&](const RenderJob& job, const FrameInput& input,

@@ -84,7 +84,7 @@ struct RenderArguments {
     std::string progress = "bar";
     std::string stats;
     bool strict = false;
-    std::string texture_failure = "colour";
+    std::string texture_failure = "color";
     std::string replay;  ///< x,y,s
     std::vector<std::string> purposes;
     std::string material_purpose;

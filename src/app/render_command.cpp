@@ -18,9 +18,11 @@ int render_and_warn(const RenderJob& job, const FrameInput& input, Diagnostics& 
 
 void add_render_command(Command& app, std::function<int()>& run) {
     Command command =
-        app.add_subcommand("render", "Render a USD scene into light layers (OpenEXR)");
+        app.add_subcommand("render", "Render a USD scene to an OpenEXR file of light layers");
     auto arguments = std::make_shared<RenderArguments>();
     declare_render_options(command, *arguments);
+    command.example(
+        "velatura render shot.usda -o shot.exr --res 1280 720 --spp 256 --bounces 2 --halves");
     command.callback([arguments, &run] {
         run = [arguments] { return for_each_frame(*arguments, render_and_warn); };
     });

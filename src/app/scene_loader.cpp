@@ -72,7 +72,7 @@ void print_diagnostics(Diagnostics& diagnostics, bool quiet, bool verbose) {
 
 void add_materialx_option(Command& command, bool& reads_materialx) {
     command.add_flag("--materialx", reads_materialx,
-                     "compose .mtlx files too, as render does; without it they are errors, as for "
+                     "Also compose .mtlx files, as render does; without it they are errors, as in "
                      "OpenUSD without its MaterialX plugin");
 }
 

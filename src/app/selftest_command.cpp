@@ -57,12 +57,13 @@ int run_checks(uint64_t amount, bool as_json) {
 void add_selftest_command(Command& app, std::function<int()>& run) {
     Command command =
         app.add_subcommand("selftest",
-                           "Check on this machine what has a known answer: intersection, energy, "
-                           "sums, bit-identity; exit code 4 if something fails");
+                           "Check this machine against known answers: intersection, energy, sums, "
+                           "bit-identity; exit code 4 if a check fails");
     auto amount = std::make_shared<uint64_t>(1);
     auto as_json = std::make_shared<bool>(false);
-    command.add_option("--amount", *amount, "how many times as much is sampled").range(1, 1000000);
-    command.add_flag("--json", *as_json, "print JSON");
+    command.add_option("--amount", *amount, "Factor on the number of samples").range(1, 1000000);
+    command.add_flag("--json", *as_json, "Print JSON");
+    command.example("velatura selftest --amount 100");
     command.callback([amount, as_json, &run] {
         run = [amount, as_json] { return run_checks(*amount, *as_json); };
     });

@@ -142,7 +142,7 @@ class FrameStudy {
     int run() {
         const auto start = std::chrono::steady_clock::now();
         if (renderer_.window().is_empty())
-            return fail({"empty-window", "the crop or data window holds no pixel centre"},
+            return fail({"empty-window", "the crop or data window contains no pixel center"},
                         UsageError);
         std::error_code error;
         std::filesystem::create_directories(arguments_.folder, error);
@@ -156,7 +156,7 @@ class FrameStudy {
         knobs_ = study::knobs_for(facts_, {arguments_.knobs.begin(), arguments_.knobs.end()});
         if (knobs_.empty() && !arguments_.knobs.empty())
             return fail(
-                {"usage", fmt::format("--knobs: nothing of \"{}\" does anything in this scene",
+                {"usage", fmt::format("--knobs: no setting in \"{}\" has an effect in this scene",
                                       fmt::join(arguments_.knobs, ","))},
                 UsageError);
         settings_ = study::settings_for(knobs_, facts_);
@@ -238,8 +238,8 @@ class FrameStudy {
         std::optional<study::Tallies> stored = study::from_bytes(*bytes, fingerprint_);
         if (!stored || stored->settings.size() != settings_.size())
             return Error{"resume-refused",
-                         fmt::format("{} is of another scene, build, seed or other options, or "
-                                     "damaged: leave out --resume to begin anew",
+                         fmt::format("{} belongs to another scene, build, seed or other options, "
+                                     "or is damaged; start anew without --resume",
                                      path("study.state"))};
         tallies_ = std::move(*stored);
         return {};
@@ -330,14 +330,15 @@ int run_study(StudyArguments arguments, const Command& command) {
     if (!arguments.compare.empty())
         return arguments.render.scene.empty()
                    ? compare_reports(arguments)
-                   : fail({"usage", "--compare reads two reports: leave out the scene"},
-                          UsageError);
+                   : fail({"usage", "--compare reads two reports and takes no scene"}, UsageError);
     if (arguments.render.scene.empty())
-        return fail({"usage", "a scene to study, or --compare with two reports"}, UsageError);
+        return fail({"usage", "expected a scene to study, or --compare with two reports"},
+                    UsageError);
     if (arguments.render.output.empty())
-        return fail({"usage", "-o says into which folder the report goes"}, UsageError);
+        return fail({"usage", "-o FOLDER is required: the output folder of the report"},
+                    UsageError);
     if (const std::string name = useless_option(command); !name.empty())
-        return fail({"usage", name + " means nothing to a study"}, UsageError);
+        return fail({"usage", name + " has no effect in a study"}, UsageError);
     if (!arguments.render.time.empty()) {
         const Result<double> time = parse_duration(arguments.render.time);
         if (!time) return fail({"usage", "--time: " + time.error().message}, UsageError);
@@ -360,30 +361,34 @@ int run_study(StudyArguments arguments, const Command& command) {
 void add_study_command(Command& app, std::function<int()>& run) {
     Command command = app.add_subcommand(
         "study",
-        "Say what accuracy costs in time: which setting of a render leaves how much error, takes "
-        "how long, and what another would buy; takes the options of render");
+        "Measure what accuracy costs: error and time of the render's settings, and the gain or "
+        "loss of others; takes the options of render");
     auto arguments = std::make_shared<StudyArguments>();
     declare_render_options(command, arguments->render);
     command.find_option("scene").required(false);
     command.find_option("--output")
         .description(
-            "folder for report.html, report.json, report.csv and plot-*.png, and for what --resume "
-            "goes on from");
-    command.find_option("--time").description(
-        "the study takes no longer, e.g. 90s, 10m (default 3m)");
+            "Output folder of report.html, report.json, report.csv, plot-*.png, and the data of "
+            "--resume")
+        .type_name("FOLDER")
+        .default_text("");
+    command.find_option("--time")
+        .description("Time limit of the study, e.g. 90s, 10m")
+        .default_text("3m");
     command.find_option("--resume")
-        .description("add rounds to the study in the folder, if one is there");
+        .description("Add rounds to the study in the output folder, if there is one");
     Command what = command.add_group("Study");
     what.add_option("--knobs", arguments->knobs,
-                    "only these, by the names in the report or as options: sampler,max-depth")
+                    "Settings to study, by their names in the report or as options, e.g. "
+                    "sampler,max-depth")
         .delimiter(',');
     what.add_option("--rounds", arguments->rounds,
-                    "renders of every setting, each with a seed of its own, at most")
+                    "Maximum renders of each setting, each with its own seed")
         .range(1, 100000);
-    what.add_option("--compare", arguments->compare,
-                    "say what differs between two report.json, and render nothing")
+    what.add_option("--compare", arguments->compare, "Compare two report.json instead of rendering")
         .expected(2)
         .type_name("A.json B.json");
+    command.example("velatura study shot.usda -o study --time 10m");
     command.callback([arguments, command, &run] {
         run = [arguments, command] { return run_study(*arguments, command); };
     });

@@ -3,10 +3,12 @@
 
 #include "base/check.h"
 #include "base/frames.h"
+#include "base/help_page.h"
 #include "base/input_guard.h"
 #include "base/nearest_names.h"
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <charconv>
@@ -31,6 +33,8 @@ struct Declarations {
 
     std::vector<Entry> options;
     std::map<CLI::App*, CLI::Option*> overwrite_flags;  ///< by command
+    std::map<const CLI::Option*, OptionHelp> help;
+    std::map<const CLI::App*, CommandHelp> below;  ///< the options of a command
 
     /// Of an option that a Command declared.
     Entry& of(const CLI::Option* option) {
@@ -40,6 +44,8 @@ struct Declarations {
         return *at;
     }
 
+    /// Whether its values are files that the command reads or writes.
+    bool names_files(const CLI::Option* option) const;
     void add_overwrite_flag(CLI::App* command);
     /// Where the last occurrence wins, CLI11 takes too few values as well. Returns: what is wrong.
     std::string miscount() const;
@@ -108,7 +114,7 @@ bool has_option(const CLI::App& command, const std::string& word) {
 
 std::string must_follow(const CLI::App& command, const std::string& word) {
     const std::string name = word.substr(0, word.find('='));
-    return name + " is an option of " + command.get_name() + " and follows it: `" +
+    return name + " is an option of " + command.get_name() + " and must follow it: `" +
            command.get_name() + " " + name + " ...`";
 }
 
@@ -149,13 +155,92 @@ std::string problem_of_extras(const CLI::App& app) {
     return count == 0 ? text : (count == 1 ? "unknown option " : "unknown options ") + text;
 }
 
+/// What CLI11 says of an error, in the words of the other messages.
+std::string plain(const CLI::App& app, const CLI::ParseError& error) {
+    const std::string text = error.what();
+    const auto rest = [&](std::string_view start) {
+        return text.starts_with(start) ? text.substr(start.size()) : std::string();
+    };
+    if (text == "A subcommand is required") {
+        std::string names;
+        for (const CLI::App* const sub : named_subcommands(given_command(app)))
+            names += (names.empty() ? "" : ", ") + sub->get_name();
+        return "no command given; expected one of " + names;
+    }
+    if (const std::string word = rest("The following argument was not expected: "); !word.empty())
+        return "unexpected argument \"" + word + "\"";
+    if (const std::string words = rest("The following arguments were not expected: ");
+        !words.empty())
+        return "unexpected arguments: " + words;
+    if (const std::string of = rest("Requires at most 1 options be given from "); !of.empty())
+        return "only one of these options can be given: " + of.substr(1, of.size() - 2);
+    return text;
+}
+
+/// "velatura render", as called.
+std::string called_name(const CLI::App& app) {
+    std::string name = app.get_name();
+    for (const CLI::App* at = &app; !at->get_subcommands().empty();) {
+        at = at->get_subcommands().front();
+        if (!at->get_name().empty()) name += " " + at->get_name();
+    }
+    return name;
+}
+
+CommandExit usage_exit(const CLI::App& app, const std::string& problem) {
+    return {usage_error,
+            fmt::format("error: {} [usage]\n  note: `{} --help` lists the options\n", problem,
+                        called_name(app)),
+            problem};
+}
+
 CommandExit exit_of(const CLI::App& app, const CLI::ParseError& error) {
     std::ostringstream out, err;
     if (app.exit(error, out, err) == 0) return {0, out.str(), {}};
     // Of a misspelt option its value takes the place of another argument: that one is no news
     const std::string problem = problem_of_extras(app);
-    if (problem.empty()) return {usage_error, err.str(), error.what()};
-    return {usage_error, problem + "\nRun with --help for more information.\n", problem};
+    return usage_exit(app, problem.empty() ? plain(app, error) : problem);
+}
+
+/// Shortest text of a bound: "0.1", "4096".
+template <class T>
+std::string bound(T value) {
+    return fmt::format("{}", value);
+}
+
+/// A check of numbers from min to max.
+template <class T>
+CLI::Validator between(T min, T max) {
+    return CLI::Validator(
+        [min, max](std::string& text) {
+            T value{};
+            if (CLI::detail::lexical_cast(text, value) && value >= min && value <= max)
+                return std::string();
+            return fmt::format("expected {} to {}, found \"{}\"", bound(min), bound(max), text);
+        },
+        std::string());
+}
+
+/// Value of a destination as typed; empty where there is none to show.
+std::string shown(const std::string& value) {
+    return value;
+}
+
+template <class T>
+std::string shown(const T& value) requires std::is_arithmetic_v<T> {
+    return fmt::format("{}", value);
+}
+
+template <class T>
+std::string shown(const std::optional<T>& value) {
+    return value ? shown(*value) : std::string();
+}
+
+template <class T>
+std::string shown(const std::vector<T>& values) {
+    std::string text;
+    for (const T& value : values) text += (text.empty() ? "" : ",") + shown(value);
+    return text;
 }
 
 template <class T>
@@ -193,7 +278,7 @@ std::string normalise_number(std::string& text) {
             return "expected a whole number of at most " +
                    std::to_string(std::numeric_limits<T>::max()) + " in size" + found;
         if (error != std::errc() || !is_whole_text)
-            return (std::is_unsigned_v<T> ? "expected a whole number from 0"
+            return (std::is_unsigned_v<T> ? "expected a whole number of 0 or more"
                                           : "expected a whole number") +
                    found;
         text = std::to_string(value);
@@ -210,6 +295,7 @@ Option Option::required(bool is_required) {
 
 Option Option::expected(int values) {
     option_->expected(values);
+    all_->help[option_].is_repeatable = false;
     option_->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
     all_->of(option_).values = size_t(values);
     return *this;
@@ -218,6 +304,7 @@ Option Option::expected(int values) {
 Option Option::size(int most) {
     option_->delimiter('x');
     option_->type_name("W H");
+    all_->help[option_].range = "1 to " + std::to_string(most);
     option_->check([most](const std::string& text) {
         int value = 0;
         const auto parsed = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -229,6 +316,7 @@ Option Option::size(int most) {
 
 Option Option::take_all() {
     option_->take_all();
+    all_->help[option_].is_repeatable = true;
     return *this;
 }
 
@@ -252,8 +340,13 @@ Option Option::description(const std::string& text) {
     return *this;
 }
 
-Option Option::show_default() {
-    option_->capture_default_str();
+Option Option::default_text(const std::string& text) {
+    all_->help[option_].default_value = text;
+    return *this;
+}
+
+Option Option::common() {
+    all_->help[option_].is_common = true;
     return *this;
 }
 
@@ -263,37 +356,70 @@ Option Option::hidden() {
 }
 
 Option Option::range(int min, int max) {
-    option_->check(CLI::Range(min, max));
+    option_->check(between(min, max));
+    all_->help[option_].range = bound(min) + " to " + bound(max);
     return *this;
 }
 
 Option Option::range(uint64_t min, uint64_t max) {
-    option_->check(CLI::Range(min, max));
+    option_->check(between(min, max));
+    all_->help[option_].range = bound(min) + " to " + bound(max);
     return *this;
 }
 
 Option Option::range(float min, float max) {
-    option_->check(CLI::Range(min, max));
+    option_->check(between(min, max));
+    all_->help[option_].range = bound(min) + " to " + bound(max);
     return *this;
 }
 
 Option Option::range(double min, double max) {
-    option_->check(CLI::Range(min, max));
+    option_->check(between(min, max));
+    all_->help[option_].range = bound(min) + " to " + bound(max);
     return *this;
 }
 
 Option Option::non_negative() {
-    option_->check(CLI::NonNegativeNumber);
+    option_->check([](const std::string& text) {
+        double value = 0;
+        if (CLI::detail::lexical_cast(text, value) && value >= 0) return std::string();
+        return "expected 0 or more, found \"" + text + "\"";
+    });
+    all_->help[option_].range = "0 or more";
     return *this;
 }
 
 Option Option::one_of(const std::vector<std::string>& values) {
-    option_->check(CLI::IsMember(values));
+    std::string names, choices;
+    for (size_t i = 0; i < values.size(); ++i) {
+        names += (i == 0 ? "" : i + 1 == values.size() ? " or " : ", ") + values[i];
+        choices += (i == 0 ? "" : ",") + values[i];
+    }
+    option_->check([values, names](const std::string& text) {
+        if (std::find(values.begin(), values.end(), text) != values.end()) return std::string();
+        return "expected " + names + ", found \"" + text + "\"" + did_you_mean(text, values);
+    });
+    all_->help[option_].value = "{" + choices + "}";
+    return *this;
+}
+
+Option Option::synonym(const std::string& value, const std::string& meaning) {
+    // Before the checks, which know only the meaning
+    option_->transform(CLI::Validator(
+        [value, meaning](std::string& text) {
+            if (text == value) text = meaning;
+            return std::string();
+        },
+        std::string()));
     return *this;
 }
 
 Option Option::existing_directory() {
-    option_->check(CLI::ExistingDirectory);
+    option_->check([](const std::string& text) {
+        return CLI::detail::check_path(text.c_str()) == CLI::detail::path_type::directory
+                   ? std::string()
+                   : "folder \"" + text + "\" not found";
+    });
     return *this;
 }
 
@@ -337,17 +463,24 @@ size_t Option::count() const {
     return option_->count();
 }
 
+bool Declarations::names_files(const CLI::Option* option) const {
+    return std::any_of(options.begin(), options.end(),
+                       [&](const Entry& e) { return e.option == option && (e.reads || e.writes); });
+}
+
 /// Once the command has options of both kinds.
 void Declarations::add_overwrite_flag(CLI::App* command) {
-    bool reads = false, writes = false;
+    bool reads = false;
+    CLI::App* of_output = nullptr;
     for (const Entry& entry : options) {
         if (command_of(entry.app) != command) continue;
         reads = reads || entry.reads;
-        writes = writes || entry.writes;
+        if (entry.writes && !of_output) of_output = entry.app;
     }
-    if (reads && writes && !overwrite_flags.contains(command))
-        overwrite_flags[command] = command->add_flag("--overwrite-input")
-                                       ->description("write even to a file that the command reads");
+    if (reads && of_output && !overwrite_flags.contains(command))
+        overwrite_flags[command] =
+            of_output->add_flag("--overwrite-input")
+                ->description("Overwrite a file that the command also reads");
 }
 
 std::string Declarations::miscount() const {
@@ -406,6 +539,9 @@ Option Command::add_option(const std::string& name, T& destination, const std::s
     // A list that is no positional argument would take the positional ones that follow
     if (ElementType<T>::is_list && !option->get_positional()) option->allow_extra_args(false);
     if (!ElementType<T>::is_list) option->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+    if (!option->get_positional()) all_->help[option].default_value = shown(destination);
+    // A list takes one value per occurrence
+    all_->help[option].is_repeatable = ElementType<T>::is_list && !option->get_positional();
     return add(option, std::is_arithmetic_v<Element>);
 }
 
@@ -477,6 +613,10 @@ void Command::footer(const std::string& text) {
     app_->footer(text);
 }
 
+void Command::example(const std::string& lines) {
+    all_->below[app_].example = lines;
+}
+
 void Command::callback(std::function<void()> action) {
     app_->callback(std::move(action));
 }
@@ -486,12 +626,30 @@ CommandLine::CommandLine(const std::string& description, const std::string& name
 }
 
 CommandLine::CommandLine(std::unique_ptr<CLI::App> app, std::unique_ptr<Declarations> all)
-    : Command(app.get(), all.get()), owned_(std::move(app)), declarations_(std::move(all)) {}
+    : Command(app.get(), all.get()), owned_(std::move(app)), declarations_(std::move(all)) {
+    owned_->set_help_flag("-h,--help", "Print the help");
+    owned_->set_help_all_flag("--help-all", "Print the help of every option");
+    Declarations* const declared = declarations_.get();
+    owned_->formatter_fn(
+        [declared](const CLI::App* command, const std::string& called, CLI::AppFormatMode mode) {
+            const auto of = [declared](const CLI::Option* option) {
+                const auto at = declared->help.find(option);
+                OptionHelp help = at == declared->help.end() ? OptionHelp() : at->second;
+                if (help.value.empty() && option->get_type_name() == "TEXT" &&
+                    declared->names_files(option))
+                    help.value = "FILE";
+                return help;
+            };
+            const auto below = declared->below.find(command);
+            return help_page(*command, called, mode == CLI::AppFormatMode::All,
+                             below == declared->below.end() ? CommandHelp() : below->second, of);
+        });
+}
 
 CommandLine::~CommandLine() = default;
 
 void CommandLine::add_version_flag(const std::string& text) {
-    owned_->set_version_flag("--version", text);
+    owned_->set_version_flag("--version", text, "Print the version");
 }
 
 void CommandLine::set_default_subcommand(const std::string& name,
@@ -519,6 +677,12 @@ std::vector<DeclaredOption> CommandLine::declared_options() const {
     return declared;
 }
 
+std::optional<std::string> CommandLine::help_of(const std::string& subcommand) const {
+    for (const CLI::App* const sub : named_subcommands(*owned_))
+        if (sub->get_name() == subcommand) return sub->help(owned_->get_name());
+    return std::nullopt;
+}
+
 bool CommandLine::means_default(const std::vector<std::string>& arguments) const {
     if (default_subcommand_.empty() || arguments.empty()) return false;
     const auto is_subcommand = [&](const std::string& word) {
@@ -533,7 +697,10 @@ bool CommandLine::means_default(const std::vector<std::string>& arguments) const
 }
 
 std::optional<CommandExit> CommandLine::parse(int argc, const char* const* argv) {
-    if (argc > 0 && owned_->get_name().empty()) owned_->name(argv[0]);
+    if (argc > 0 && owned_->get_name().empty()) {
+        const std::string path = argv[0];
+        owned_->name(path.substr(path.rfind('/') + 1));
+    }
     return parse(argc > 1 ? std::vector<std::string>(argv + 1, argv + argc)
                           : std::vector<std::string>());
 }
@@ -560,7 +727,7 @@ std::optional<CommandExit> CommandLine::parse(const std::vector<std::string>& ar
         return exit_of(*owned_, error);
     }
     if (const std::string wrong = declarations_->miscount(); !wrong.empty())
-        return CommandExit{usage_error, wrong + "\nRun with --help for more information.\n", wrong};
+        return usage_exit(*owned_, wrong);
     const std::string problem = declarations_->guard_inputs();
     if (problem.empty()) return std::nullopt;
     return CommandExit{usage_error, "error: " + problem + " [overwrites-input]\n", problem};

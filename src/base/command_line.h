@@ -40,19 +40,23 @@ class Option {
     /// Placeholder of the value in the help, instead of the name of its type.
     Option type_name(const std::string& name);
     Option description(const std::string& text);
-    /// Shows the present value of the destination in the help.
-    Option show_default();
+    /// In the help, instead of the value that the destination had when the option was declared;
+    /// empty: none is printed.
+    Option default_text(const std::string& text);
+    /// Listed in --help; of a command that has such options, the others are only in --help-all.
+    Option common();
     /// Not listed in the help.
     Option hidden();
 
-    /// Refuses values outside [min, max]. The values are read, and named in the help, as the type
-    /// of the bounds, not of the destination.
+    /// Refuses values outside [min, max], which the help prints.
     Option range(int min, int max);
     Option range(uint64_t min, uint64_t max);
     Option range(float min, float max);
     Option range(double min, double max);
     Option non_negative();
     Option one_of(const std::vector<std::string>& values);
+    /// `value` is taken for `meaning`, and is not in the help: a former or second spelling.
+    Option synonym(const std::string& value, const std::string& meaning);
     Option existing_directory();
     Option not_empty();
     /// `problem` returns what is wrong with a value, or an empty string. Called once per value, in
@@ -101,7 +105,7 @@ struct TypedOption {
 class Command {
   public:
     Command add_subcommand(const std::string& name, const std::string& help);
-    /// Options under a heading of their own in the help.
+    /// Options under a heading of their own in the help, in the order of the calls.
     Command add_group(const std::string& heading);
 
     /// Names are "-o,--output", or "scene" for a positional argument. `destination` must outlive
@@ -133,6 +137,8 @@ class Command {
     void require_options(size_t min, size_t max);
     /// Text below the help. Subcommands added later inherit it.
     void footer(const std::string& text);
+    /// Command lines that work, one a line, below the options in the help.
+    void example(const std::string& lines);
     /// Called when the command was given and everything parsed.
     void callback(std::function<void()> action);
 
@@ -150,13 +156,14 @@ class Command {
 struct CommandExit {
     int code = 0;         ///< 0: help or version, for stdout; 2: usage error, for stderr
     std::string text;     ///< whole lines, to print
-    std::string message;  ///< what is wrong, without the hint at --help; empty for code 0
+    std::string message;  ///< what is wrong, as in `error: message [usage]`; empty for code 0
 };
 
-/// The command line of a program; owns its commands and options. --help is declared everywhere.
+/// The command line of a program; owns its commands and options. --help and --help-all are declared
+/// everywhere.
 class CommandLine : public Command {
   public:
-    /// `name` stands in the usage line of the help; empty: as the program was called.
+    /// `name` stands in the usage line of the help; empty: the file name of the program as called.
     explicit CommandLine(const std::string& description, const std::string& name = "");
     ~CommandLine();
 
@@ -170,6 +177,9 @@ class CommandLine : public Command {
 
     /// Of all commands, without flags.
     std::vector<DeclaredOption> declared_options() const;
+
+    /// What --help prints of a subcommand of the program; nothing where there is none of this name.
+    std::optional<std::string> help_of(const std::string& subcommand) const;
 
     /// Sets the destinations, then runs the callbacks of the commands that were given.
     /// Returns: nothing when the program is to run.

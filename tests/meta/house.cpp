@@ -106,7 +106,7 @@ const std::vector<Library>& library_table() {
         {"hwy/", {"src/accel/", "src/lights/"}},
         {"lz4", {"src/usd/crate/"}},
         {"expat.h", {"src/usd/materialx/"}},
-        {"CLI/", {"src/base/command_line.cpp"}},
+        {"CLI/", {"src/base/command_line.cpp", "src/base/help_page.cpp"}},
         {"assimp/", {"src/import/"}},
         {"imgui.h", {"compositor/window/"}},
         {"backends/imgui_impl_", {"compositor/window/"}},

@@ -89,7 +89,7 @@ class Installation(unittest.TestCase):
         """(program, words of the command) of every command that has a help text."""
         for program in ("velatura", "velatura-comp"):
             text = run(self.place / "bin" / program, "--help").stdout
-            listed = text.partition("Subcommands:")[2]
+            listed = text.partition("\nCommands:\n")[2].partition("\n\n")[0]
             yield program, []
             for word in re.findall(r"^  (\S+) ", listed, re.MULTILINE):
                 yield program, [word]
@@ -98,11 +98,11 @@ class Installation(unittest.TestCase):
         shells = ("share/bash-completion/completions/{}", "share/zsh/vendor-completions/_{}")
         count = 0
         for program, words in self.commands():
-            text = run(self.place / "bin" / program, *words, "--help").stdout
+            text = run(self.place / "bin" / program, *words, "--help-all").stdout
             page = (self.place / "share/man/man1" / f"{'-'.join([program, *words])}.1").read_text().replace("\\-", "-")
             scripts = [(self.place / shell.format(program)).read_text() for shell in shells]
             fish = (self.place / f"share/fish/vendor_completions.d/{program}.fish").read_text()
-            for option in re.findall(r"^ +(?:-\w,)?(--[\w-]+)", text, re.MULTILINE):
+            for option in re.findall(r"^ +(?:-\w, )?(--[\w-]+)", text, re.MULTILINE):
                 count += 1
                 self.assertRegex(page, rf"\\fB{option}\\fR", f"{program} {words}")
                 for script in scripts:

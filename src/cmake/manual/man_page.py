@@ -26,7 +26,7 @@ def summary_line(command):
 def entry(option):
     names = ", ".join(f"\\fB{roff(name)}\\fR" for name in option.names)
     value = f" \\fI{roff(option.value)}\\fR" if option.value else ""
-    return [".TP", names + value, roff(option.text) or "\\&"]
+    return [".TP", names + value, roff(option.full_text) or "\\&"]
 
 
 def exit_status(footer):
@@ -41,7 +41,7 @@ def exit_status(footer):
 
 def man_page(command, version, root):
     program = root.name
-    lines = ["'\\\" -*- coding: utf-8 -*-", f".\\\" Generated from the output of {command.name} --help.",
+    lines = ["'\\\" -*- coding: utf-8 -*-", f".\\\" Generated from the output of {command.name} --help-all.",
              f".TH {roff(page_name(command)).upper()} 1 \"\" \"{program} {version}\" \"User Commands\"",
              ".nh", ".SH NAME", f"{roff(page_name(command))} \\- {roff(summary_line(command))}",
              ".SH SYNOPSIS", f".B {roff(command.name)}",
@@ -60,6 +60,8 @@ def man_page(command, version, root):
             lines.append(f".SS {roff(title)}")
         for option in options:
             lines += entry(option)
+    if command.examples:
+        lines += [".SH EXAMPLES", ".nf", *(roff(example) for example in command.examples), ".fi"]
     status = exit_status(command.footer or root.footer)
     lines += status
     if command.footer and not status:

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Writes docs/reference/options.md: every option of the programs, from what they print for --help.
+"""Writes docs/reference/options.md: every option of the programs, from what they print for --help-all.
 
 Usage: options_page.py [--check] PAGE PROGRAM...
 --check writes nothing: it exits with 1 and prints what differs if PAGE is not what the programs print.
@@ -25,34 +25,19 @@ def cell(text):
     return text.replace("\\", "\\\\").replace("|", "\\|").replace("<", "&lt;").replace("*", "\\*").strip()
 
 
-def split_default(option):
-    """(value, default, meaning): `(default: X)` or `(default X)` of the text, `[X]` behind the value."""
-    value, text, default = option.value, option.text, ""
-    behind = re.match(r"(.*\S)\s+\[([^\[\]]*)\]$", value)
-    if behind and not re.search(r"\bin$", behind[1]):
-        value, default = behind.groups()
-    within = re.search(r"\s*\(default:? ([^()]*(?:\([^()]*\)[^()]*)*)\)", text)
-    if within:
-        text, default = text[:within.start()] + text[within.end():], within[1]
-    ending = re.search(r"[;,] default:? ([^;,()]+)$", text)
-    if ending and not default:
-        text, default = text[:ending.start()], ending[1]
-    # {a,b} is a choice, as TYPE says nothing more
-    value = re.sub(r"^(?:TEXT|INT|UINT|FLOAT)(?= |$)", "", value).strip() or ("" if value == option.value and not value else value)
-    return value, default, text
-
-
 def rows(options):
     lines = ["| option | value | default | meaning |", "|---|---|---|---|"]
     for option in options:
-        value, default, text = split_default(option)
         names = ", ".join(code(name) for name in option.names)
-        lines.append(f"| {names} | {cell(value)} | {cell(default)} | {cell(text)} |")
+        ranges = [fact for fact in option.facts if re.match(r"-?[0-9]", fact)]
+        text = "; ".join([option.text] + [fact for fact in option.facts if fact not in ranges])
+        value = ", ".join([option.value] + ranges)
+        lines.append(f"| {names} | {cell(value)} | {cell(option.default)} | {cell(text)} |")
     return lines
 
 
 def key(option):
-    return (tuple(option.names), option.value, option.text)
+    return (tuple(option.names), option.value, option.full_text)
 
 
 def anchor(name):
@@ -66,14 +51,18 @@ def section(command, model):
         lines += ["| argument | meaning |", "|---|---|"]
         lines += [f"| {code(p.names[0])} | {cell(p.text)} |" for p in command.positionals] + [""]
     known = {key(o) for o in model.options} if model and model is not command else set()
-    shared = [o for o in command.options if key(o) in known]
+    shared = [o for title, options in command.groups.items() if title != "Help" for o in options if key(o) in known]
     for title, options in command.groups.items():
+        if title == "Help":
+            continue
         own = [o for o in options if key(o) not in known]
         if own:
             lines += ([f"**{cell(title)}**", ""] if title != "Options" else []) + rows(own) + [""]
     if shared:
         names = ", ".join(code(max(o.names, key=len)) for o in shared)
         lines += [f"Also, as in [{model.name}](#{anchor(model.name)}): {names}.", ""]
+    if command.examples:
+        lines += ["Example:", ""] + [f"    {example}" for example in command.examples] + [""]
     if command.footer and not command.footer.startswith("Exit codes"):
         lines += [cell(command.footer), ""]
     return lines
@@ -81,7 +70,7 @@ def section(command, model):
 
 def page(programs):
     lines = ["# Options", "",
-             "Every option of every command, as `--help` prints it. This page is generated: `ninja -C build/release velatura_options_page`",
+             "Every option of every command, as `--help-all` prints it. This page is generated: `ninja -C build/release velatura_options_page`",
              "writes it, and a test compares it with the programs. What the options do together is in [rendering.md](rendering.md) and",
              "[mix.md](mix.md); exit codes are in [command_line.md](command_line.md#exit-codes).", "", "| command | what it does |", "|---|---|"]
     commands = []
@@ -90,7 +79,7 @@ def page(programs):
             commands += [command, *command.subcommands]
     by_name = {c.name: c for c in commands}
     lines += [f"| [`{c.name}`](#{anchor(c.name)}) | {cell(c.summary.rstrip('.'))} |" for c in commands] + [""]
-    lines += ["Both programs take `-h`, `--help` and `--version`.", ""]
+    lines += ["Every command takes `-h` and `--help`, which print the usual options, and `--help-all`, which prints all. Both programs take `--version`.", ""]
     for command in commands:
         lines += section(command, by_name.get(MODELS.get(command.name.split()[0])))
     return "\n".join(lines).rstrip() + "\n"
@@ -113,10 +102,10 @@ def main():
         return
     found = arguments.page.read_text(encoding="utf-8")
     if found != wanted:
-        print(f"{arguments.page} is not what --help prints; ninja velatura_options_page writes it:")
-        sys.exit("".join(difflib.unified_diff(found.splitlines(True), wanted.splitlines(True), "page", "--help", n=0)))
+        print(f"{arguments.page} is not what --help-all prints; ninja velatura_options_page writes it:")
+        sys.exit("".join(difflib.unified_diff(found.splitlines(True), wanted.splitlines(True), "page", "--help-all", n=0)))
     names = set(re.findall(r"`(--[a-z][\w-]*)`", found))
-    print(f"{arguments.page.name}: {len(names)} options, as --help has them")
+    print(f"{arguments.page.name}: {len(names)} options, as --help-all has them")
 
 
 if __name__ == "__main__":
