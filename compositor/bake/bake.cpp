@@ -139,8 +139,8 @@ bool Baker::has_more(const Selection& cells, const std::vector<bool>& whole) con
 }
 
 std::string Baker::why_not(const Control& control) const {
-    if (!control.matte.empty()) return "it acts within a matte, and light does not stop there";
-    if (control.kind == Kind::Clamp) return "a clamp is no property of a light";
+    if (!control.matte.empty()) return "it is limited to a matte, which lights cannot be";
+    if (control.kind == Kind::Clamp) return "a clamp is not a property of a light";
     if (control.kind > Kind::Solo || control.target == "shadow")
         return "shadows have no strength in UsdLux";
     return "lights have no gain per bounce";
@@ -244,7 +244,7 @@ Result<GroupGain> Baker::bake_prim(const std::string& path, const GroupGain& gai
     if (stops != 0) light.exposure = v.exposure + stops;
     if (gain.tint != std::array<double, 3>{1, 1, 1}) {
         if (varies("color")) {
-            out_.left.push_back(fmt::format("tint of <{}>: its colour has time samples", path));
+            out_.left.push_back(fmt::format("tint of <{}>: its color has time samples", path));
             taken.tint = {1, 1, 1};
         } else {
             light.color = v.color;
@@ -256,9 +256,8 @@ Result<GroupGain> Baker::bake_prim(const std::string& path, const GroupGain& gai
     const std::array<double, 3> color = light.color.value_or(std::array<double, 3>{});
     if (!is_float(light.intensity.value_or(0)) || !is_float(light.exposure.value_or(0)) ||
         !std::all_of(color.begin(), color.end(), is_float))
-        return Error{"bad-gain", fmt::format("<{}>: the look makes its light larger than a number "
-                                             "of USD can be",
-                                             path)};
+        return Error{"bad-gain",
+                     fmt::format("<{}>: the preset exceeds the range of a USD float", path)};
     if (light.intensity || light.exposure || light.color) out_.lights.push_back(std::move(light));
     return taken;
 }
@@ -296,10 +295,10 @@ Result<void> Baker::bake_group(const accumulate::LightGroup& group, const GroupG
             out_.left.push_back(
                 path.empty()
                     ? fmt::format("{}: the dome of a stage without lights has no prim", group.name)
-                    : fmt::format("<{}>: the file does not say what it was", path));
+                    : fmt::format("<{}>: the file does not name it", path));
         } else if (v->is_in_instance) {
             out_.left.push_back(
-                fmt::format("<{}>: lies below an instance, where opinions do not reach", path));
+                fmt::format("<{}>: lies below an instance, where opinions are ignored", path));
         } else {
             const auto baked = bake_prim(path, gain);
             if (!baked) return baked.error();
@@ -328,8 +327,7 @@ Result<Bake> Baker::run() {
         return plan.error();
     if (stack_.header().light_values.empty())
         return Error{"no-light-values",
-                     "the file does not say what its lights were: it has no values in "
-                     "velatura/lights (render it again)"};
+                     "the file has no light values in velatura/lights; render it again"};
     for (const Control& control : look_.controls) {
         const std::vector<bool> groups = select(control);
         if (control.kind != Kind::Solo) apply(control, groups);
@@ -340,7 +338,7 @@ Result<Bake> Baker::run() {
         gains_[g].stops += double(look_.exposure_stops);
         if (!gains_[g].is_muted && !gains_[g].is_finite())
             return Error{"bad-gain",
-                         fmt::format("{}: its gains with an exposure of {} stops are no number",
+                         fmt::format("{}: its gains with an exposure of {} stops are not finite",
                                      group.name, look_.exposure_stops)};
         if (!gains_[g].changes()) continue;
         if (auto done = bake_group(group, gains_[g]); !done) return done.error();

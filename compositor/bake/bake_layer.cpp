@@ -33,12 +33,13 @@ Result<std::vector<std::string>> names_of(const std::string& path) {
             !names.empty() && (names.back().empty() ? is_start(byte) : is_part(byte));
         if (!is_good)
             return Error{"bad-prim-path",
-                         fmt::format("'{}' in velatura/lights is no prim path", path)};
+                         fmt::format("'{}' in velatura/lights is not a prim path", path)};
         names.back() += c;
     }
     if (names.empty() ||
         std::any_of(names.begin(), names.end(), [](const auto& n) { return n.empty(); }))
-        return Error{"bad-prim-path", fmt::format("'{}' in velatura/lights is no prim path", path)};
+        return Error{"bad-prim-path",
+                     fmt::format("'{}' in velatura/lights is not a prim path", path)};
     return names;
 }
 

@@ -117,8 +117,7 @@ void note_layers_without_halves(const LayerStack& stack, std::vector<std::string
     }
     if (!without.empty())
         notes.push_back(
-            fmt::format("no half images of {}: weights there know the noise that they "
-                        "average",
+            fmt::format("no half images of {}; its filter weights correlate with its noise",
                         fmt::join(without, " ")));
 }
 

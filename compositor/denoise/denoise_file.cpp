@@ -119,7 +119,7 @@ Json denoise_json(const DenoiseGuides& guides,
     Json j;
     j["schema"] = "velatura.denoise/1";
     j["method"] =
-        "one linear combination of neighbours per pixel, the same for all layers: regression on "
+        "one linear combination of neighbors per pixel, the same for all layers: regression on "
         "albedo, N, Z and b0 weighted by non-local means, dual buffers";
     j["window"] = 2 * DenoiseKernel::radius + 1;
     j["patch"] = 2 * DenoiseKernel::patch_radius + 1;
@@ -139,8 +139,8 @@ Json denoise_json(const DenoiseGuides& guides,
         filter["share"] = share;
         j["filters"].push_back(std::move(filter));
     }
-    j["halves"] = guides.has_halves ? "each filtered with the other's weights: what they differ by "
-                                      "is noise that is left, not blur"
+    j["halves"] = guides.has_halves ? "each filtered with the other's weights: their difference is "
+                                      "remaining noise, not blur"
                                     : "none";
     j["energyRatio"] = report.energy_ratio;
     j["notes"] = report.notes;
@@ -202,9 +202,10 @@ Result<void> check_denoisable(const LayerStack& stack) {
             const bool is_light =
                 type == ChannelType::Float || (type == ChannelType::Half && entry.name != "rgba");
             if (!is_light)
-                return Error{"layers-damaged",
-                             fmt::format("{} of layer {} is not stored as light: verify the file",
-                                         names[c], entry.name)};
+                return Error{
+                    "layers-damaged",
+                    fmt::format("{} of layer {} is not stored as light; run `velatura-comp verify`",
+                                names[c], entry.name)};
         }
         if (entry.family == "halves") continue;
         const std::string stem = entry.name == "rgba" ? "beauty" : entry.name;
@@ -224,7 +225,7 @@ Result<void> check_denoisable(const LayerStack& stack) {
 
 Result<image::Image> denoised_file_like(const LayerStack& stack) {
     if (!stack.image().text(denoise_attribute).empty())
-        return Error{"denoised-twice", "the file is denoised already; denoise what was rendered"};
+        return Error{"denoised-twice", "the file is already denoised; use the rendered file"};
     image::Image out = stack.image();
     std::erase_if(out.parts, [](const image::Part& part) {
         return !part.channels.empty() &&

@@ -192,8 +192,8 @@ void set_features(DenoiseGuides& guides, const LayerStack& stack) {
     }
     if (guides.features.size() < 7)
         guides.notes.push_back(
-            "albedo, N and Z are not all stored (render with --layers ...,data): edges that only "
-            "they show will blur");
+            "albedo, N and Z are not all stored (render with --layers ...,data): edges visible "
+            "only in these are blurred");
     add_emission(guides, stack);
 }
 
@@ -216,12 +216,12 @@ Result<DenoiseGuides> denoise_guides(const LayerStack& stack) {
         const Channel* variance = stack.image().find("variance");
         if (!variance)
             return Error{"denoise-inputs",
-                         "nothing tells noise from light here: neither half images nor the layer "
-                         "variance are stored; render with --halves --layers ...,data"};
+                         "no noise estimate: neither half images nor the layer variance are "
+                         "stored; render with --halves --layers ...,data"};
         set_whole(guides, stack, *variance);
         guides.notes.push_back(
-            "no half images (render with --halves): weights come from the noise that they average, "
-            "one filter serves the whole picture, and the result does not tell its noise");
+            "no half images (render with --halves): filter weights correlate with the noise, one "
+            "filter is used for the whole image, and the result has no noise estimate");
     }
     set_features(guides, stack);
     return guides;

@@ -308,9 +308,11 @@ Result<void> NukeGroup::add_mattes() {
         const auto cut = matte_ids_of(stack_, text);
         if (!cut) return cut.error();
         if (!*cut)
-            return Error{"export-matte", fmt::format("the matte {} is a picture: only Cryptomattes "
-                                                     "of the file are exported",
-                                                     text)};
+            return Error{
+                "export-matte",
+                fmt::format(
+                    "the matte {} is an image; only Cryptomattes of the file can be exported",
+                    text)};
         const auto& [is_inverted, matte, ids] = **cut;
         is_inverted_.push_back(is_inverted);
         std::vector<std::string> levels;
@@ -439,8 +441,8 @@ Result<void> NukeGroup::add_clamps() {
             for (const mix::MattedShare& s : term.clamp_shares) {
                 if (s.matte != mix::whole_picture)
                     return Error{"export-matte",
-                                 "--clamp within a matte is not exported: leave its --matte out, "
-                                 "or mix to .exr"};
+                                 "--clamp within a matte is not supported by the script; remove "
+                                 "its --matte, or mix to .exr"};
                 share = std::max(share, s.share);
             }
         }

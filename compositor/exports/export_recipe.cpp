@@ -100,9 +100,8 @@ Result<void> name_file(const std::string& file, const std::string& loaded, MixRe
     std::string number = fmt::format("{:0{}}", 7, end - begin);
     if (recipe.file.substr(0, begin) + number + recipe.file.substr(end) != frame_path(file, 7))
         return Error{"export-sequence",
-                     fmt::format("{}: the number of the frame stands in a folder or more than "
-                                 "once, which other programs do not read; name the files with "
-                                 "one ####",
+                     fmt::format("{}: the frame number is in a folder or appears more than once, "
+                                 "which other programs do not read; name the files with one ####",
                                  file)};
     const std::vector<int> frames = frames_on_disk(file);
     recipe.first_frame = frames.empty() ? frame_in_name(loaded).value_or(1) : frames.front();
@@ -244,8 +243,8 @@ Result<MixRecipe> mix_recipe(const LayerStack& stack,
     for (const mix::MixPlan::Term& term : terms) {
         if (mix::has_mattes(term)) {
             return Error{"export-matte",
-                         fmt::format("{} is gained within a matte, which this script cannot say: "
-                                     "leave --matte out, export to nuke, or mix to .exr",
+                         fmt::format("{} has a gain within a matte, which this script does not "
+                                     "support; remove --matte, export to nuke, or mix to .exr",
                                      term.layer)};
         }
         const std::array<float, 3> gain = scaled(term.gain, exposure);
@@ -263,10 +262,9 @@ Result<MixRecipe> mix_recipe(const LayerStack& stack,
     }
     for (const MixRecipe::Term& term : recipe->terms) {
         if (others.empty() || has_plain_channels(term)) continue;
-        return Error{"export-sequence",
-                     fmt::format("the frames of {} have other channels than each other, and {} is "
-                                 "no name that other programs take",
-                                 file, term.layer)};
+        return Error{"export-sequence", fmt::format("the frames of {} have different channels, and "
+                                                    "other programs do not read the name {}",
+                                                    file, term.layer)};
     }
     return recipe;
 }

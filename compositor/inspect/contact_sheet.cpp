@@ -155,7 +155,7 @@ Result<Canvas> contact_sheet(const image::Image& image,
     auto layers = layers_of(image);
     std::erase_if(layers, [&](const LayerChannels& l) { return !is_wanted(l.name, options); });
     if (layers.empty())
-        return Error{"no-layers", "no layer to show; `velatura-comp info` lists what there is"};
+        return Error{"no-layers", "no layer to show; `velatura-comp info` lists the layers"};
     const Grid grid =
         grid_of(layers.size(), image.display, double(image.pixel_aspect_ratio), options);
     Listing listing = listing_of(image);

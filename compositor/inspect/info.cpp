@@ -89,7 +89,7 @@ size_t not_finite_of(const LayerStack& stack, const accumulate::LayerEntry& laye
 
 std::string color_text(const LayerStack& stack) {
     const auto color = color_of_stack(stack, {});
-    if (!color) return fmt::format("color      not known: {}\n", color.error().message);
+    if (!color) return fmt::format("color      unknown: {}\n", color.error().message);
     std::string text = fmt::format("color      {} ({})\n", color->label, color->reason);
     for (const std::string& warning : color->warnings)
         text += fmt::format("  warning  {}\n", warning);
@@ -180,7 +180,7 @@ std::string origin_text(const image::Image& image) {
     if (const auto effects = effects_of(parsed(image, layers::plan_attribute)); !effects.empty())
         text += fmt::format("effects    {}\n", fmt::join(effects, " "));
     if (!stats.contains("ledger")) return text;
-    if (stats["ledger"].empty()) text += "ledger     no approximation in force\n";
+    if (stats["ledger"].empty()) text += "ledger     biased settings: none\n";
     for (const Json& entry : stats["ledger"]) {
         text += "ledger    ";
         for (const auto& [key, value] : entry.items())
@@ -197,7 +197,7 @@ std::string info_text(const LayerStack& stack) {
     const layers::LayerHeader& header = stack.header();
     const layers::SampleInfo& s = header.samples;
     std::string text =
-        fmt::format("picture    {}×{}", image.display.width(), image.display.height());
+        fmt::format("image      {}×{}", image.display.width(), image.display.height());
     if (image.data != image.display) {
         text += fmt::format(", pixels {}:{} × {}:{}", image.data.x0, image.data.x1, image.data.y0,
                             image.data.y1);
@@ -207,12 +207,12 @@ std::string info_text(const LayerStack& stack) {
     text += fmt::format("stored     {} channels, {:.1f} MB without compression\n",
                         whole_file.channels, double(whole_file.bytes) / 1e6);
     if (whole_file.channels > many_channels)
-        text +=
-            fmt::format("  warning  more than {} channels: some programs take no more than 1023\n",
-                        many_channels);
+        text += fmt::format(
+            "  warning  more than {} channels: above 1023, the maximum of Nuke and others\n",
+            many_channels);
     text += color_text(stack);
     text += origin_text(image);
-    if (stack.is_plain()) text += "plain      no header of Velatura: colour layers are rows\n";
+    if (stack.is_plain()) text += "plain      no Velatura header: color layers are rows\n";
     if (!stack.views().empty())
         text += fmt::format("views      {} (this is {})\n", fmt::join(stack.views(), " "),
                             stack.view());

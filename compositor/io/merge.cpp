@@ -32,8 +32,7 @@ Result<Input> read_input(const std::string& path) {
     if (!stack) return stack.error();
     auto sums = layers::read_sums(stack->image());
     if (!sums && sums.error().code == "no-sums") {
-        return refused(
-            fmt::format("{} holds no sums to merge; render its part with --samples A:B", path));
+        return refused(fmt::format("{} has no sums to merge; render it with --samples A:B", path));
     }
     if (!sums) return refused(fmt::format("{}: {}", path, sums.error().message));
     return Input{path, stack->header().samples,

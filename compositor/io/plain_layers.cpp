@@ -290,11 +290,10 @@ class Builder {
             add_row(layer);
             used.push_back(&layer);
         }
-        if (used.empty())
-            return Error{"not-layers", "the file has no channels R, G and B of a picture"};
+        if (used.empty()) return Error{"not-layers", "the file has no channels R, G and B"};
         add_all_data(used);
-        plain_.notes.push_back(fmt::format(
-            "no beauty: the sum of its {} light layers is taken for it{}", used.size(), without));
+        plain_.notes.push_back(
+            fmt::format("no beauty; using the sum of its {} light layers{}", used.size(), without));
         return std::move(plain_);
     }
 
@@ -347,7 +346,7 @@ Result<PlainLayers> plain_layers(const image::Image& image,
     plain->views = views->names();
     plain->view = views->chosen();
     if (!plain->views.empty() && view.empty())
-        plain->notes.push_back(fmt::format("views {}: {} is read (--stereo for another)",
+        plain->notes.push_back(fmt::format("views {}: using {}; choose another with --stereo",
                                            fmt::join(plain->views, " "), plain->view));
     return plain;
 }

@@ -24,7 +24,7 @@ bool parse_number(std::string_view text, T& value) {
 }
 
 Error bad(const std::string& text, const std::string& expected) {
-    return {"bad-gain", fmt::format("'{}' is not understood; expected {}", text, expected)};
+    return {"bad-gain", fmt::format("cannot parse '{}'; expected {}", text, expected)};
 }
 
 Result<std::array<float, 3>> parse_tint(const std::string& text) {
@@ -142,10 +142,10 @@ Result<Numbers> parse_value(Control::Kind kind, const std::string& text) {
     const bool is_number = parse_number(text, value);
     if (kind == Kind::Kelvin) {
         if (!is_number || value < 1667.0f || value > 25000.0f)
-            return bad(text, "a colour temperature from 1667 to 25000");
+            return bad(text, "a color temperature from 1667 to 25000");
     } else if (!is_number || value < 0.0f || value > 1.0f) {
         return bad(text, kind == Kind::Clamp
-                             ? "a share from 0 (as rendered) to 1 (all that the clamp removed)"
+                             ? "a factor from 0 (as rendered) to 1 (undo the clamp)"
                              : "a shadow lift from 0 (as rendered) to 1 (no shadow)");
     }
     numbers.of.fill(value);
@@ -287,7 +287,7 @@ Result<void> add_rows(Look& look, const std::string& name, std::vector<std::stri
     constexpr std::array words = {"all", "direct", "indirect", "tail", "env", "shadow"};
     const bool is_word = std::find(words.begin(), words.end(), name) != words.end();
     if (is_word || name.find(':') != std::string::npos)
-        return bad(name, "a name of your own for several rows");
+        return bad(name, "a name for the group of rows");
     const bool has_gap =
         std::any_of(rows.begin(), rows.end(), [](const std::string& r) { return r.empty(); });
     if (name.empty() || rows.empty() || has_gap) return bad(name + "=", "NAME=ROW,ROW");

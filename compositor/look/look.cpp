@@ -112,7 +112,7 @@ Result<Look> look_from_json(const std::string& text) {
         const double exposure = j.value("exposure", 0.0);
         if (!(std::abs(exposure) <= double(largest_stops)))
             return bad_preset(
-                fmt::format("an exposure of {} stops; {} are the most", exposure, largest_stops));
+                fmt::format("an exposure of {} stops; the maximum is {}", exposure, largest_stops));
         look.exposure_stops = float(exposure);
         look.display = j.value("display", "");
         look.view = j.value("view", "");

@@ -41,9 +41,10 @@ Result<Request> parse_request(std::span<const layers::Cryptomatte> mattes,
     request.is_picture = picture != std::string::npos;
     const size_t colon = request.is_picture ? picture + 4 : rest.find(':');
     if (colon == 0 || colon == std::string::npos || colon + 1 == rest.size()) {
-        return Error{"bad-matte", fmt::format("'{}' is no matte; expected CryptoObject:PATTERN or "
-                                              "FILE.exr:CHANNEL",
-                                              text)};
+        return Error{
+            "bad-matte",
+            fmt::format("'{}' is not a matte; expected CryptoObject:PATTERN or FILE.exr:CHANNEL",
+                        text)};
     }
     request.source = rest.substr(0, colon);
     request.choice = rest.substr(colon + 1);
@@ -106,8 +107,9 @@ Result<std::vector<float>> cut_cryptomatte(const LayerStack& stack,
     if (!found) return found.error();
     const layers::Cryptomatte& matte = **found;
     if (!matte.fault.empty())
-        notes.push_back(fmt::format("the manifest of {}: {}{}", matte.layer, matte.fault,
-                                    matte.names.empty() ? "; names count by their hash" : ""));
+        notes.push_back(
+            fmt::format("the manifest of {}: {}{}", matte.layer, matte.fault,
+                        matte.names.empty() ? "; names are matched by their hash" : ""));
     const auto ids = layers::matte_ids(matte, patterns_of(matte, request.choice));
     if (!ids) return ids.error();
     const auto places = level_channels(image, matte.layer);

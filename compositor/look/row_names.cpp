@@ -95,9 +95,9 @@ Error RowNames::unknown_name(const std::string& name) const {
     };
     const bool tells_direct = has_column("b1");
     if (is_bounce_word(name) && !names_columns_)
-        return no("it stores no bounces; render with --layers bounce or matrix");
+        return no("it has no bounce layers; render with --layers bounce or matrix");
     if ((name == "direct" || name == "indirect") && !tells_direct)
-        return no("`tail` holds all light after b0; render with --bounces 1 or more");
+        return no("`tail` contains all light after b0; render with --bounces 1 or more");
     std::vector<std::string> names = names_groups_ ? groups_ : std::vector<std::string>();
     if (names_columns_) names.insert(names.end(), columns_.begin(), columns_.end());
     names.insert(names.end(), {"all", "env"});

@@ -40,9 +40,8 @@ constexpr size_t fewest_strip_bytes = size_t(64) << 20;
 std::string describe(const NotFiniteLayer& layer, image::ChannelType type) {
     if (layer.layer.empty())
         return fmt::format(
-            "gains take {} values of the mix beyond what {} hold (the first at pixel {},{})",
-            layer.values, type == image::ChannelType::Half ? "half floats" : "floats", layer.x,
-            layer.y);
+            "{} values of the mix exceed the range of {} (the first at pixel {},{})", layer.values,
+            type == image::ChannelType::Half ? "half floats" : "floats", layer.x, layer.y);
     return fmt::format("{} values of {} are not finite (the first at pixel {},{})", layer.values,
                        layer.layer, layer.x, layer.y);
 }
@@ -96,8 +95,7 @@ FrameOutcome mix_frame(const MixJob& job, int frame, size_t strip_bytes) {
     for (const std::string& input : inputs) {
         std::error_code error;
         if (std::filesystem::exists(input, error)) continue;
-        outcome.error =
-            Error{"frame-missing", fmt::format("frame {}: {} is not there", frame, input)};
+        outcome.error = Error{"frame-missing", fmt::format("frame {}: {} not found", frame, input)};
         return outcome;
     }
     try {
@@ -150,13 +148,14 @@ Result<std::vector<std::string>> mix_one(const MixJob& job,
 
     Look look = job.look;
     if (has_keys(look)) {
-        if (!frame) return Error{"no-frame", "the look has keys; say at which --frame"};
+        if (!frame)
+            return Error{"no-frame", "the preset has keyed values; choose a frame with --frame N"};
         look = look_at(std::move(look), *frame);
     }
     if (job.is_lenient) {
         FittedLook fitted = fit_look(layout, look, &file, strip_bytes);
         for (const std::string& line : fitted.left_out)
-            warnings.push_back(fmt::format("{}: left out {}", input, line));
+            warnings.push_back(fmt::format("{}: skipped {}", input, line));
         look = std::move(fitted.look);
     }
     const auto plan = plan_mix(layout, look, &file, strip_bytes);
@@ -181,7 +180,7 @@ Result<std::vector<std::string>> mix_one(const MixJob& job,
                      fmt::format("{}: {}", input, describe(not_finite[0], job.storage.type))};
     for (const NotFiniteLayer& layer : not_finite)
         warnings.push_back(fmt::format("{}: {} and {}", input, describe(layer, job.storage.type),
-                                       layer.layer.empty() ? "are infinite" : "count as 0"));
+                                       layer.layer.empty() ? "are infinite" : "are set to 0"));
 
     std::vector<std::string> of_display;
     const auto written = is_linear

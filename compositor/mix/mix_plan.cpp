@@ -169,7 +169,7 @@ Result<void> Planner::apply_shadow(const Control& control) {
     if (!groups && control.target.find(':') != std::string::npos &&
         rows_.caster_layers(control.target))
         return Error{"unknown-name",
-                     fmt::format("--shadow {0}: the shadow of one caster takes --caster {0}=…",
+                     fmt::format("--shadow {0}: use --caster {0}=… for the shadow of one caster",
                                  control.target)};
     if (!groups) return groups.error();
     // A gain on `shadow` is the strength that is left: 1 as rendered, 0 no shadow
@@ -199,7 +199,7 @@ Result<void> Planner::apply_control(const Control& control) {
     if (control.kind == Kind::Shadow || is_shadow_word) {
         if (control.kind == Kind::Tint || control.kind == Kind::Kelvin ||
             control.kind == Kind::Solo || control.kind == Kind::Clamp) {
-            return Error{"unknown-name", "shadow takes --shadow, --gain and --mute only"};
+            return Error{"unknown-name", "shadow supports --shadow, --gain and --mute only"};
         }
         return apply_shadow(control);
     }
@@ -227,8 +227,7 @@ Result<void> Planner::learn_color() {
         plan_.notes.insert(plan_.notes.end(), color->warnings.begin(), color->warnings.end());
     if (has_kelvin && !color->aces_from_file)
         plan_.notes.push_back(
-            fmt::format("--kelvin takes the file as linear Rec.709: the primaries of {} are not "
-                        "known",
+            fmt::format("--kelvin assumes linear Rec.709, because the primaries of {} are unknown",
                         color->label));
     file_from_rec709_ = image::file_from_rec709(*color);
     return {};
@@ -457,7 +456,7 @@ Result<MixPlan> Planner::run() {
     const bool was_clamped = std::any_of(layers.begin(), layers.end(),
                                          [](const auto& e) { return e.family == "clamp"; });
     if (gives_back_ && !was_clamped)
-        plan_.notes.emplace_back("--clamp changes nothing: no clamp took anything from this file");
+        plan_.notes.emplace_back("--clamp has no effect: no light of this file was clamped");
     if (auto bounded = check_gains(); !bounded) return bounded.error();
     return std::move(plan_);
 }
@@ -481,10 +480,11 @@ Result<void> Planner::check_gains() const {
         if (gain <= double(largest_factor)) continue;
         const std::string stops =
             std::isfinite(gain) ? fmt::format("{:+.4g}", std::log2(gain)) : std::string("far more");
-        return Error{"bad-gain",
-                     fmt::format("the gains of layer {} and the exposure come to {} stops; {} are "
-                                 "the most",
-                                 term.layer, stops, largest_stops)};
+        return Error{
+            "bad-gain",
+            fmt::format(
+                "the gains of layer {} and the exposure add up to {} stops; the maximum is {}",
+                term.layer, stops, largest_stops)};
     }
     return {};
 }

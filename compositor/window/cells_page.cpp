@@ -65,7 +65,7 @@ void draw_cells(Drawing& drawing) {
     std::span<const std::string> columns = drawing.session.rows().columns;
     // Names and whole rows take two
     if (columns.size() + 2 > most_columns) {
-        text(fmt::format("No room for {} … {}: these are on the page of the bounces.",
+        text(fmt::format("{} … {} do not fit here; see the page of the bounces.",
                          columns[most_columns - 2], columns.back()),
              colour::dim);
         note_item(drawing, "left out");

@@ -99,9 +99,9 @@ void Dialogs::draw_help(Drawing& drawing) {
         ImGui::Spacing();
         for (const auto& [keys, what] :
              {std::pair{"Alt-click", "Solo a row alone (on its M, S or name)"},
-              std::pair{"Double click", "A slider as rendered; on the picture: fit or 1:1"},
+              std::pair{"Double click", "A slider as rendered; on the image: fit or 1:1"},
               std::pair{"Right click", "What is under the mouse as rendered"},
-              std::pair{"Wheel, drag", "Zoom and move the picture"},
+              std::pair{"Wheel, drag", "Zoom and pan the image"},
               std::pair{"Drop a file", "Open layers, or load a preset"}}) {
             text(keys, colour::accent);
             ImGui::SameLine(9 * unit);

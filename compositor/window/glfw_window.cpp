@@ -153,7 +153,7 @@ Result<void> GlfwWindow::write_screen(const std::string& path,
     const int x0 = box ? int(box->x0) : 0, y0 = box ? int(box->y0) : 0;
     const int x1 = box ? int(box->x1) : width, y1 = box ? int(box->y1) : height;
     if (x0 < 0 || y0 < 0 || x1 > width || y1 > height || x0 >= x1 || y0 >= y1)
-        return Error{"bad-script", "what is to be cut out is not on the screen"};
+        return Error{"bad-script", "the area to capture is not on the screen"};
     std::vector<uint8_t> bytes(3 * size_t(x1 - x0) * size_t(y1 - y0));
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
     glReadBuffer(GL_BACK);

@@ -21,7 +21,7 @@ Result<T> guarded(const std::function<Result<T>()>& work) {
     try {
         return work();
     } catch (const std::bad_alloc&) {
-        return Error{"out-of-memory", "there is not enough memory"};
+        return Error{"out-of-memory", "out of memory"};
     } catch (const std::exception& e) {
         return Error{"failed", e.what()};
     }

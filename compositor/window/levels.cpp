@@ -176,7 +176,7 @@ Result<Levels> Levels::make(std::shared_ptr<const LayerStack> stack) {
     levels.shown_ = shown_layers(levels.stack(0));
     const image::Window whole = levels.frame(0);
     if (whole.pixel_count() > most_pixels)
-        return Error{"too-large", fmt::format("a picture of {} x {} pixels is too large to show",
+        return Error{"too-large", fmt::format("an image of {} x {} pixels is too large to display",
                                               whole.width(), whole.height())};
     while (levels.frame(levels.count() - 1).pixel_count() > smallest_pixels) {
         auto smaller = LayerStack::from_image(

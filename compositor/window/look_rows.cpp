@@ -45,7 +45,7 @@ void take_away(Look& look, Kind kind, const RowTarget& target) {
 /// The control as if it had been typed, so that the window and a preset mean the same number.
 void put(Look& look, Kind kind, const RowTarget& target, const std::string& value) {
     auto control = make_control(kind, target.name, value);
-    VELATURA_CHECK(control.has_value(), "the mixer wrote a control that cannot be read");
+    VELATURA_CHECK(control.has_value(), "the mixer wrote an invalid control");
     control->matte = target.matte;
     const auto at = first_control(look, kind, target);
     if (at == look.controls.end()) {

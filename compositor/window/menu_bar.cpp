@@ -89,7 +89,7 @@ const std::vector<Menu>& menus() {
           {},
           {"Load preset …", Action::OpenPreset, always},
           {"Save preset …", Action::SavePreset},
-          {"Save picture …", Action::SavePicture},
+          {"Save image …", Action::SavePicture},
           {},
           {"Export to Nuke …", Action::ExportNuke},
           {"Export to oiiotool …", Action::ExportOiio},
@@ -207,7 +207,7 @@ void draw_status_line(Drawing& drawing) {
     if (!faults.empty()) {
         text(faults, colour::error);
         note_item(drawing, "faults");
-        explain("Pixels of the picture shown; O marks them");
+        explain("Pixels of the shown image; O marks them");
         ImGui::SameLine(0, gap);
     }
     text(pace, colour::dim);

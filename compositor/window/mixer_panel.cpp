@@ -21,14 +21,14 @@ std::string row_note(const LayerStack& stack, const std::string& target) {
         if (light.name != target) continue;
         std::string note;
         for (const std::string& prim : light.prims) note += (note.empty() ? "" : "\n") + prim;
-        return note.empty() ? "light of surfaces that glow" : note;
+        return note.empty() ? "light of emissive geometry" : note;
     }
     if (target == "all") return "every light";
     if (target == "env") return "all domes together";
-    if (target == "direct") return "b1: light after one scattering";
-    if (target == "indirect") return "b2 to tail: light after more than one scattering";
+    if (target == "direct") return "b1: direct light, one bounce";
+    if (target == "indirect") return "b2 to tail: indirect light, two bounces and more";
     if (target == "b0") return "emission and background seen directly";
-    if (target == "tail") return "light after more scatterings than are told apart";
+    if (target == "tail") return "all remaining bounces";
     return "light after " + target.substr(1) + " scatterings";
 }
 
@@ -202,7 +202,8 @@ class Row {
         note_item(drawing_, mark("kelvin"));
         if (is_right_clicked()) edit("", [&](Look& l) { set_kelvin(l, row_, std::nullopt); });
         explain(
-            "Tint of a black body against 6504 K: drag, or Ctrl-click to type. Right click: none");
+            "Color temperature: tint of a black body relative to 6504 K. Drag, or Ctrl-click to "
+            "type. Right click: none");
     }
 
     void draw_reset() {

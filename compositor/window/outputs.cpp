@@ -108,8 +108,8 @@ Result<std::string> write_request(const OutputSource& source, const std::string&
 }
 
 constexpr std::array table = {
-    Output{OutputKind::Picture, Action::SavePicture, "Save picture", ".png",
-           "picture.png, .jpg or .exr", write_picture},
+    Output{OutputKind::Picture, Action::SavePicture, "Save image", ".png",
+           "image.png, .jpg or .exr", write_picture},
     Output{OutputKind::NukeScript, Action::ExportNuke, "Export a Nuke script", ".nk", "mix.nk",
            write_nuke},
     Output{OutputKind::OiioScript, Action::ExportOiio, "Export a shell script for oiiotool", ".sh",

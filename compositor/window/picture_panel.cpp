@@ -29,10 +29,9 @@ bool tool_button(Drawing& drawing, const char* label, bool is_on, const char* wh
 void draw_zoom_tools(Drawing& drawing) {
     Session& session = drawing.session;
     PictureView& view = session.view();
-    if (tool_button(drawing, "Fit", view.is_fit(), "The whole picture (F)"))
+    if (tool_button(drawing, "Fit", view.is_fit(), "The whole image (F)"))
         session.perform(Action::ZoomFit);
-    if (tool_button(drawing, "1:1", view.scale() == 1,
-                    "A pixel of the picture per pixel of the screen (1)"))
+    if (tool_button(drawing, "1:1", view.scale() == 1, "One image pixel per screen pixel (1)"))
         session.perform(Action::ZoomOne);
     ImGui::AlignTextToFramePadding();
     const float start = ImGui::GetCursorPosX();

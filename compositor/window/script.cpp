@@ -145,7 +145,7 @@ bool Line::read_arguments() {
 
 Result<ScriptStep> Line::read() {
     if (read_arguments()) return step_;
-    return Error{"bad-script", fmt::format("line {}: '{}' is not understood", step_.line,
+    return Error{"bad-script", fmt::format("line {}: cannot parse '{}'", step_.line,
                                            fmt::format("{}", words_[0]))};
 }
 

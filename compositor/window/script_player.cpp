@@ -43,11 +43,11 @@ Result<void> ScriptPlayer::begin_step(const Marks& marks, bool is_settled) {
         const Marks::Box* found = marks.find(step.mark);
         if (!found)
             return Error{"bad-script",
-                         fmt::format("line {}: there is no '{}' here", step.line, step.mark)};
+                         fmt::format("line {}: no '{}' on the screen", step.line, step.mark)};
         box = *found;
     }
     if (step.kind == ScriptStep::Kind::Whole && box.is_cut)
-        return Error{"bad-script", fmt::format("line {}: '{}' is cut off", step.line, step.mark)};
+        return Error{"bad-script", fmt::format("line {}: '{}' is truncated", step.line, step.mark)};
     ++at_;
     switch (step.kind) {
         case ScriptStep::Kind::Whole:

@@ -149,7 +149,7 @@ void Session::keep_looks() {
     last_kept_ = now;
     if (!has_unsaved_look()) return kept_.drop(path_);
     if (const auto written = kept_.keep(path_, now); !written)
-        tell("the look is not kept: " + written.error().message, true);
+        tell("the look cannot be saved: " + written.error().message, true);
 }
 
 void Session::edit(const std::string& gesture, const std::function<void(Look&)>& change) {
@@ -282,7 +282,7 @@ std::vector<std::string> Session::notes() const {
     const auto& picture = pictures_[active_];
     if (!picture || !look_errors_[active_].empty()) return {};
     std::vector<std::string> notes = picture->plans[0]->notes;
-    for (const std::string& line : left_out_[active_]) notes.push_back("left out " + line);
+    for (const std::string& line : left_out_[active_]) notes.push_back("skipped " + line);
     return notes;
 }
 
@@ -477,7 +477,7 @@ void Session::perform(Action action) {
 void Session::want_neighbour(int step) {
     wanted_file_ = frame_beside(path_, step);
     if (!wanted_file_)
-        tell(fmt::format("there is no frame {} {}", step < 0 ? "before" : "after", path_), true);
+        tell(fmt::format("no frame {} {}", step < 0 ? "before" : "after", path_), true);
 }
 
 void Session::press(const KeyPress& key, bool is_repeat) {
@@ -538,7 +538,7 @@ std::function<Result<std::string>()> Session::output_writer(const std::string& p
     const auto& picture = pictures_[active_];
     // The last picture that could be shown is none of this look
     if (const std::string& why = look_errors_[active_]; !why.empty() || !picture) {
-        const std::string message = why.empty() ? "there is no picture" : why;
+        const std::string message = why.empty() ? "there is no image" : why;
         return [message] { return Result<std::string>(Error{"no-picture", message}); };
     }
     return [source = OutputSource{compared_ && active_ == 1 ? compared_path_ : path_,

@@ -55,7 +55,7 @@ void draw_clamps(Drawing& drawing) {
     if (clamps.empty()) return;
     ImGui::Spacing();
     ImGui::Separator();
-    text("Gives back what the firefly clamp took.", colour::dim);
+    text("Undoes the firefly clamp.", colour::dim);
     for (const std::string& target : drawing.session.found(clamps))
         draw_share(drawing, Kind::Clamp, target, target == "all" ? "all light" : target);
 }
@@ -67,7 +67,7 @@ void draw_shadows(Drawing& drawing) {
     if (groups.empty()) {
         text("This file has no shadow layers; render with --layers shadow.", colour::dim);
     } else {
-        text("Lifts the shadows that a light casts: 0 as rendered, 100 % none.", colour::dim);
+        text("Lifts the shadows of a light: 0 as rendered, 100 % none.", colour::dim);
     }
     ImGui::Spacing();
     for (const std::string& group : drawing.session.found(groups)) {

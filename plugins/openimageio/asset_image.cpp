@@ -19,7 +19,7 @@ namespace velatura::plugins::openimageio {
 namespace {
 
 Error not_opened(const std::string& why) {
-    return {"image-open", one_line(why.empty() ? "not a picture" : why)};
+    return {"image-open", one_line(why.empty() ? "not an image" : why)};
 }
 
 /// OpenImageIO's name of the format that starts with these bytes; empty when unknown.
@@ -98,7 +98,7 @@ Result<AssetImage> open_asset_image(const std::string& name, const OIIO::ImageSp
     image.proxy_ = std::make_unique<OIIO::Filesystem::IOMemReader>(data.data(), data.size());
     // The name within the package tells the format by its extension, else the content does
     const std::string& member = parts.back();
-    std::string why = "not a picture of a known format";
+    std::string why = "not an image of a known format";
     for (const std::string& format : {extension_of(member), std::string(format_of(data))}) {
         image.input_ = format.empty() ? nullptr : OIIO::ImageInput::create(format);
         OIIO::geterror();

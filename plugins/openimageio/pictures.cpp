@@ -101,8 +101,9 @@ Result<std::unique_ptr<image::Picture>> Pictures::open(const std::string& asset)
             picture_source().open(asset, PictureUse::Picture);
         if (!opened) return opened.error();
         if (!has_lines((*opened)->spec().levels.at(0)))
-            return Error{"image-open",
-                         "not a flat picture with at least one pixel and tiles of its size"};
+            return Error{
+                "image-open",
+                "not a flat image with at least one pixel and tiles no larger than the image"};
         return std::unique_ptr<image::Picture>(new OpenPicture(std::move(*opened)));
     } catch (const std::bad_alloc&) {
         throw;

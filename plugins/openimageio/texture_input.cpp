@@ -50,14 +50,15 @@ Result<void> check_texture(const PictureSpec& spec, int max_side) {
     const LevelSpec& finest = spec.levels.at(0);
     const auto refuse = [](const std::string& why) { return Error{"image-open", why}; };
     if (finest.width < 1 || finest.height < 1 || finest.channels < 1 || finest.is_flat != 1)
-        return refuse("not a flat picture with at least one pixel");
+        return refuse("not a flat image with at least one pixel");
     if (finest.width > max_side || finest.height > max_side)
         return refuse(fmt::format(
             "found {} x {} pixels, expected at most {} along a side (--limit picture-side)",
             finest.width, finest.height, max_side));
     if (!has_sane_tiles(finest))
-        return refuse(fmt::format("found tiles of {} x {} pixels, expected such of its size",
-                                  finest.tile_width, finest.tile_height));
+        return refuse(
+            fmt::format("found tiles of {} x {} pixels, expected tiles no larger than the image",
+                        finest.tile_width, finest.tile_height));
     const bool is_tiled = finest.tile_width > 0;
     for (const LevelSpec& level : spec.levels) {
         if (!has_sane_measures(level, is_tiled, max_side))

@@ -104,7 +104,7 @@ void BfrSurface::for_each_face(const Visit& visit) const {
         for (size_t f = i * chunk; f < std::min(faces, (i + 1) * chunk); ++f) {
             if (!shared_.has_face[f]) continue;
             if (!evaluator.start(uint32_t(f)))
-                throw std::runtime_error("OpenSubdiv makes none of face " + std::to_string(f));
+                throw std::runtime_error("OpenSubdiv cannot evaluate face " + std::to_string(f));
             visit(uint32_t(f), evaluator);
         }
     });

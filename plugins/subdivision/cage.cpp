@@ -183,16 +183,16 @@ bool has_folded_face(const scene::Mesh& mesh) {
 std::string fault_of(const scene::Mesh& mesh) {
     constexpr size_t most = size_t(std::numeric_limits<int>::max());
     if (mesh.face_vertex_indices.size() > most || mesh.points.size() > most)
-        return "more corners or points than OpenSubdiv can count";
+        return "more corners or points than OpenSubdiv supports";
     const auto is_triangle = [](uint32_t count) { return count == 3; };
     if (mesh.subdivision == scene::SubdivisionScheme::Loop &&
         !std::all_of(mesh.face_vertex_counts.begin(), mesh.face_vertex_counts.end(), is_triangle))
-        return "the scheme loop takes triangles only";
+        return "the scheme loop needs triangles";
     const uint32_t largest =
         *std::max_element(mesh.face_vertex_counts.begin(), mesh.face_vertex_counts.end());
     if (largest > uint32_t(Bfr::Limits::MaxFaceSize()))
         return fmt::format("a face with {} corners", largest);
-    if (has_folded_face(mesh)) return "a face meets a vertex twice";
+    if (has_folded_face(mesh)) return "a face uses a vertex twice";
     return {};
 }
 
@@ -252,8 +252,8 @@ Result<Cage> make_cage(const scene::Mesh& mesh) {
     if (!cage.refiner) return Error{"subdivision", "no limit surface: " + tidy(complaint)};
     if (is_misread(cage.refiner->GetLevel(0)))
         return Error{"subdivision",
-                     "no limit surface: a crease at a face that meets another along two edges in a "
-                     "row, which needs OpenSubdiv 3.5.1"};
+                     "no limit surface: a crease at a face that shares two consecutive edges with "
+                     "another, which needs OpenSubdiv 3.5.1"};
     cage.factory = std::make_unique<const SurfaceFactory>(
         *cage.refiner, surface_options(may_share_patches(cage.refiner->GetLevel(0))));
     return cage;

@@ -21,7 +21,7 @@ using scene::VoxelGrid;
 
 Error too_much(double bytes, size_t most_bytes) {
     return {"volume-memory",
-            fmt::format("the grid would take {:.1f} GB, {:.1f} GB are left (--volume-memory)",
+            fmt::format("the grid needs {:.1f} GB, {:.1f} GB are free; raise --volume-memory",
                         bytes / 1e9, double(most_bytes) / 1e9)};
 }
 
@@ -197,7 +197,7 @@ bool try_as(const openvdb::GridBase& grid,
 Result<VoxelGrid> convert(const openvdb::GridBase& grid, const ConversionOptions& options) {
     Result<VoxelGrid> out = Error{
         "volume-grid", fmt::format("grid {} is of type {}, expected numbers{}", grid.getName(),
-                                   grid.valueType(), options.is_color ? " or colours" : "")};
+                                   grid.valueType(), options.is_color ? " or colors" : "")};
     if (try_as<openvdb::FloatGrid>(grid, options, out) ||
         try_as<openvdb::DoubleGrid>(grid, options, out) ||
         try_as<openvdb::Int32Grid>(grid, options, out))

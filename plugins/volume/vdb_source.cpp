@@ -37,15 +37,14 @@ Result<std::string> unique_name(openvdb::io::File& file, const media::GridReques
         if (request.grid.empty() || plain == request.grid) found.push_back(unique);
     }
     if (request.grid.empty() && found.size() > 1)
-        return Error{"volume-grid",
-                     fmt::format("which grid is meant? fieldName is empty, the file holds {}",
-                                 fmt::join(all, ", "))};
+        return Error{"volume-grid", fmt::format("fieldName is empty; choose one of the grids {}",
+                                                fmt::join(all, ", "))};
     if (request.index >= 0 && size_t(request.index) < found.size())
         return found[size_t(request.index)];
     const std::string wanted =
         request.index > 0 ? fmt::format("{}[{}]", request.grid, request.index) : request.grid;
     return Error{"volume-grid",
-                 fmt::format("there is no grid {}, the file holds {}", wanted,
+                 fmt::format("grid {} not found; the file has {}", wanted,
                              all.empty() ? "none" : fmt::format("{}", fmt::join(all, ", ")))};
 }
 
@@ -88,7 +87,7 @@ Result<scene::VoxelGrid> read_grid(const media::GridRequest& request) {
                               (request.kind == scene::GridKind::AsStored && is_stored_so);
     if (!head->transform().isLinear())
         return Error{"volume-grid",
-                     fmt::format("grid {} is not a box: frustum grids are not supported", *name)};
+                     fmt::format("grid {} has a frustum transform, which is not supported", *name)};
     const openvdb::GridBase::ConstPtr grid = file.readGrid(*name);
     allow_voxels(request);
     return convert(*grid, {.is_color = request.is_color,
@@ -100,7 +99,7 @@ Result<scene::VoxelGrid> read_or_say(const media::GridRequest& request) {
     try {
         return read_grid(request);
     } catch (const std::bad_alloc&) {
-        return Error{"volume-memory", "there is not enough memory to read the grid"};
+        return Error{"volume-memory", "out of memory while reading the grid"};
     } catch (const std::exception& e) {
         return Error{"volume-file", fmt::format("not a .vdb file that can be read: {}", e.what())};
     } catch (...) {
@@ -125,8 +124,7 @@ IsolationLimits limits_for(const media::GridRequest& request) {
 Result<scene::VoxelGrid> VdbSource::read(const media::GridRequest& request) const {
     std::error_code status;
     if (!std::filesystem::is_regular_file(request.file, status))
-        return Error{"volume-file",
-                     request.file.empty() ? "there is no such file" : "cannot be opened"};
+        return Error{"volume-file", request.file.empty() ? "file not found" : "cannot be opened"};
     // OpenVDB trusts what it reads: one wrong byte may cost all memory, or the process
     const Result<std::string> bytes = run_isolated(limits_for(request), [&] {
         const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);

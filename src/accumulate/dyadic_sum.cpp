@@ -99,7 +99,7 @@ void DenseDyadicSums::begin(uint64_t first) {
 }
 
 size_t DenseDyadicSums::add_column() {
-    VELATURA_DCHECK(width_ < capacity, "more columns than there is room for");
+    VELATURA_DCHECK(width_ < capacity, "more columns than allocated");
     for (size_t i = 0; i <= nodes_.size(); ++i) row(i)[width_] = {};
     return width_++;
 }

@@ -74,7 +74,7 @@ std::optional<PictureError> picture_error(const RenderJob& job,
 }
 
 std::string reached_text(const std::optional<PictureError>& error) {
-    if (!error) return "not known yet";
+    if (!error) return "not estimated yet";
     if (error->is_lower) return fmt::format("{:.3g} % or more", error->error.value * 100.0);
     return fmt::format("{:.3g} %, up to {:.3g} %", error->error.value * 100.0,
                        error->error.high * 100.0);
@@ -96,14 +96,13 @@ BudgetOutcome budget_outcome(const RenderJob& job,
     if (is_reached) return outcome;
     outcome.is_missed = target > 0 || !job.settings.schedule.is_open_ended;
     if (is_out_of_time)
-        outcome.text = fmt::format("--time {} ended the render", a.time);
+        outcome.text = fmt::format("stopped at --time {}", a.time);
     else if (is_exact)
-        outcome.text = fmt::format("the render ended at --target-error {}", a.target_error);
+        outcome.text = fmt::format("stopped at --target-error {}", a.target_error);
     else if (job.settings.schedule.is_open_ended)
-        outcome.text = "the most samples without --spp ended the render";
+        outcome.text = "stopped at the maximum samples without --spp";
     else
-        outcome.text =
-            fmt::format("{} ended the render", a.samples.empty() ? "--spp" : "--samples");
+        outcome.text = fmt::format("stopped at {}", a.samples.empty() ? "--spp" : "--samples");
     if (target > 0 && !is_exact)
         outcome.text += fmt::format(" before --target-error {}", a.target_error);
     else if (outcome.is_missed && is_out_of_time)
@@ -263,15 +262,16 @@ std::string forecast_text(const statistics::ErrorCurve& curve, double samples_me
                     percent(curve.error_at(samples_mean).value), f.is_lower ? " or more" : "");
     if (f.kind == ErrorForecast::Kind::Reached ||
         (f.kind == ErrorForecast::Kind::Known && f.samples <= 1.01 * samples_mean))
-        return fmt::format("{}, {} was asked for", reached, percent(target));
+        return fmt::format("{}, target {}", reached, percent(target));
     if (f.kind == ErrorForecast::Kind::Rare)
         return fmt::format(
-            "{}: the error does not fall as samples grow, some light is met too rarely; no "
-            "forecast",
+            "{}; no forecast: the error does not fall with more samples, because paths rarely "
+            "reach some light",
             reached);
     if (f.kind == ErrorForecast::Kind::TooFar)
-        return fmt::format("{}; {} needs more than {:g} times that, further than can be forecast",
-                           reached, percent(target), statistics::ErrorCurve::farthest);
+        return fmt::format(
+            "{}; {} needs more than {:g} times these samples, beyond the range of a forecast",
+            reached, percent(target), statistics::ErrorCurve::farthest);
     // Of what is a lower bound the intervals are of no use
     if (f.is_lower)
         return fmt::format("{}; {} needs {} spp or more, {}", reached, percent(target),

@@ -31,16 +31,17 @@ std::string why_it_stays(Effect effect) {
     switch (about.kind) {
         case scene::EffectKind::Estimator:
             return fmt::format(
-                "--effects: {} changes no picture but its noise; it has an option of its own (see "
-                "--help)",
+                "--effects: {} changes only the noise of the image and has an option of its own "
+                "(see --help-all)",
                 about.name);
         case scene::EffectKind::Output:
-            return fmt::format("--effects: {} are chosen by --layers and --halves", about.name);
+            return fmt::format("--effects: {} are set by --layers and --halves", about.name);
         case scene::EffectKind::Scene:
             break;
     }
     return fmt::format(
-        "--effects: {} cannot be left out: the scene is built of it; expected one of {}",
+        "--effects: {} cannot be switched off, because the scene is built of it; expected one of "
+        "{}",
         about.name, names_that_can_be_left_out());
 }
 
@@ -58,7 +59,7 @@ Result<EffectChoice> parse_effects(const std::string& text) {
             return usage(fmt::format("--effects: expected all or -NAME, found \"{}\"", part));
         const std::optional<Effect> effect = scene::find_effect(std::string_view(part).substr(1));
         if (!effect)
-            return usage(fmt::format("--effects: there is no effect \"{}\"; expected one of {}",
+            return usage(fmt::format("--effects: unknown effect \"{}\"; expected one of {}",
                                      part.substr(1), names_that_can_be_left_out()));
         if (!integrator::can_leave_out(*effect)) return usage(why_it_stays(*effect));
         choice.left_out.add(*effect);

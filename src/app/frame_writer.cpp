@@ -22,7 +22,7 @@ namespace velatura::app {
 
 namespace {
 
-constexpr const char* writing = "while the picture was written";
+constexpr const char* writing = "while writing the image";
 
 std::string scene_json(const FrameInput& input, const std::string& hash) {
     nlohmann::ordered_json j;
@@ -116,7 +116,7 @@ Result<layers::WriteReport> FrameWriter::write_interim(const statistics::ErrorCu
         try {
             return write(curve, {});
         } catch (const std::bad_alloc&) {
-            return Error{"memory-limit", "there is not enough memory"};
+            return Error{"memory-limit", "out of memory"};
         }
     }();
     MemoryLimit::watch();
@@ -133,19 +133,20 @@ std::string FrameWriter::rescue(const statistics::ErrorCurve& curve,
     info.layout = layers::Layout::MultiPart;
     const Result<layers::WriteReport> written =
         failed ? Error{"io-write", failed.message()} : renderer_.film().write(path, info);
-    if (!written) return fmt::format("nor can it be put elsewhere: {}", written.error().message);
+    if (!written)
+        return fmt::format("it could not be written to the temporary folder either: {}",
+                           written.error().message);
     return fmt::format(
-        "it is in {} instead{}", path,
-        info.store_sums ? ", which --resume goes on from once it is in its place" : "");
+        "the image is in {} instead{}", path,
+        info.store_sums ? "; move it to the output name, then --resume continues it" : "");
 }
 
 void FrameWriter::write_snapshot(const statistics::ErrorCurve& curve, Diagnostics& diagnostics) {
     const Result<layers::WriteReport> written = write_interim(curve);
     if (!written)
-        diagnostics.warn(
-            "snapshot", {}, {},
-            fmt::format("no {}: {}", keeps_sums(job_) ? "checkpoint" : "interim picture",
-                        written.error().message));
+        diagnostics.warn("snapshot", {}, {},
+                         fmt::format("no {}: {}", keeps_sums(job_) ? "checkpoint" : "interim image",
+                                     written.error().message));
 }
 
 std::optional<layers::WriteReport> FrameWriter::write_or_rescue(
@@ -169,7 +170,7 @@ bool FrameWriter::write_deep(Diagnostics& diagnostics) const {
     if (!written)
         diagnostics.error(written.error().code, {}, {}, written.error().message);
     else if (!job_.arguments.quiet)
-        fmt::print("{}: {} deep samples, {:.3g} a pixel\n", film::deep_path(input_.output),
+        fmt::print("{}: {} deep samples, {:.3g} per pixel\n", film::deep_path(input_.output),
                    written->samples.size(),
                    double(written->samples.size()) / double(written->counts.size()));
     return written.has_value();

@@ -25,9 +25,9 @@ size_t rest_of(size_t whole, size_t part) {
 }  // namespace
 
 std::string MemoryNeeds::text() const {
-    std::string text = fmt::format(
-        "{}: {} program, scene and tree, {} film, {} writing the picture", format_bytes(total()),
-        format_bytes(now), format_bytes(film), format_bytes(writing));
+    std::string text = fmt::format("{}: {} program, scene and BVH, {} film, {} writing the image",
+                                   format_bytes(total()), format_bytes(now), format_bytes(film),
+                                   format_bytes(writing));
     if (textures > 0) text += fmt::format(", {} textures", format_bytes(textures));
     return text;
 }
@@ -62,14 +62,14 @@ MemoryNeeds allot_memory(const RenderJob& job,
                          size_t film_bytes,
                          Diagnostics& diagnostics) {
     MemoryLimit::enforce(
-        "while trial paths were traced, which --guiding off and --splitting off do without");
+        "while tracing trial paths (--guiding off and --splitting off avoid them)");
     MemoryNeeds needs = expected_memory(job, input, textures, film_bytes);
     allot_textures(textures, needs);
     if (MemoryLimit::is_set() && needs.total() > MemoryLimit::allowed() &&
         needs.least() <= MemoryLimit::allowed())
         diagnostics.warn("memory-limit", {}, {},
-                         fmt::format("the render may take {}, and --memory-limit is {}: it stops "
-                                     "with what it has where it comes near",
+                         fmt::format("the render can need {}, above --memory-limit {}; if it "
+                                     "reaches the limit, it stops and writes what it has",
                                      needs.text(), format_bytes(MemoryLimit::allowed())));
     return needs;
 }
@@ -78,7 +78,7 @@ bool fits_limit(const MemoryNeeds& needs, Diagnostics& diagnostics) {
     if (!MemoryLimit::is_set() || needs.least() <= MemoryLimit::allowed()) return true;
     diagnostics.error(
         "memory-limit", {}, {},
-        fmt::format("the render would take {}, and --memory-limit is {}: nothing is rendered",
+        fmt::format("the render needs {}, above --memory-limit {}; nothing is rendered",
                     needs.text(), format_bytes(MemoryLimit::allowed())));
     return false;
 }
@@ -91,8 +91,8 @@ void warn_of_memory(const RenderJob& job,
     diagnostics.warn(
         "memory-limit", {}, {},
         fmt::format(
-            "--memory-limit {} ended the render after {:g}{} samples per pixel; all of "
-            "it was expected to take {}",
+            "stopped at --memory-limit {} after {:g}{} samples per pixel; the whole render was "
+            "expected to need {}",
             format_bytes(MemoryLimit::allowed()), noise.samples_mean,
             schedule.is_open_ended ? std::string() : fmt::format(" of {}", schedule.end_sample),
             needs.text()));

@@ -56,14 +56,14 @@ int exit_code_with_missing_assets(int code) {
     const bool is_ignored = found().policy == MissingAssets::Ignore;
     const std::vector<Error> plugins = plugin::unavailable_plugins();
     for (const Error& why : plugins)
-        fmt::print(stderr, "{}: the scene needs a plugin: {} [{}]\n",
+        fmt::print(stderr, "{}: the scene needs a plugin that is not installed: {} [{}]\n",
                    is_ignored ? "warning" : "error", why.message, why.code);
     if (is_ignored) return code;
     const std::string text = missing_assets_text();
     if (!text.empty())
         fmt::print(stderr,
-                   "error: missing assets: {}; what was written lacks them, exit code {} "
-                   "(--missing-assets ignore: not an error) [missing-assets]\n",
+                   "error: missing assets: {}; the output was written without them; exit code {} "
+                   "(--missing-assets ignore accepts this) [missing-assets]\n",
                    text, worse_exit_code(code, RenderError));
     return plugins.empty() && text.empty() ? code : worse_exit_code(code, RenderError);
 }

@@ -22,8 +22,8 @@ int take_output(const std::string& path,
     }
     if (!taken->is_held())
         diagnostics.warn("output-lock", {}, {},
-                         fmt::format("the folder of {} knows no locks: that no other process "
-                                     "renders to it is not checked",
+                         fmt::format("file system of {} does not support locks; concurrent renders "
+                                     "to it are not detected",
                                      path));
     lock.emplace(std::move(*taken));
     sweep_temporaries(path);

@@ -29,7 +29,7 @@ Result<double> parse_duration(std::string_view text) {
     const Error bad{
         "bad-duration",
         fmt::format(
-            "cannot read duration \"{}\": expected seconds, or a number with s, m or h, above 0",
+            "invalid duration \"{}\"; expected seconds, or a number with s, m or h, above 0",
             text)};
     double unit = 1.0;
     std::string_view digits = text;
@@ -54,7 +54,7 @@ Result<std::pair<uint64_t, uint64_t>> parse_sample_range(std::string_view text) 
             return std::pair(*first, *end);
     }
     return Error{"bad-samples",
-                 fmt::format("cannot read samples \"{}\": expected A:B with A < B <= 2^32", text)};
+                 fmt::format("invalid sample range \"{}\"; expected A:B with A < B <= 2^32", text)};
 }
 
 Result<double> parse_fraction(std::string_view text) {
@@ -63,9 +63,11 @@ Result<double> parse_fraction(std::string_view text) {
     const double fraction = value ? (percent ? *value / 100.0 : *value) : 0.0;
     // 20 is 20 % with the sign forgotten, hardly ever 2000 %
     if (!(fraction > 0.0 && fraction < 1.0)) {
-        return Error{"bad-fraction", fmt::format("cannot read \"{}\": expected a fraction such as "
-                                                 "1% or 0.01, above 0 and below 100%",
-                                                 text)};
+        return Error{
+            "bad-fraction",
+            fmt::format(
+                "expected a fraction such as 1% or 0.01, above 0 and below 100%, found \"{}\"",
+                text)};
     }
     return fraction;
 }
@@ -75,7 +77,8 @@ Result<StoredBounces> parse_bounces(std::string_view text) {
     constexpr double usual_share = 0.01;
     const Error wrong = {
         "bad-bounces",
-        fmt::format("cannot read \"{}\": expected 0 to {}, auto or auto=1%", text, most)};
+        fmt::format("expected K, auto or auto=1%, found \"{}\"; the maximum of K is {}", text,
+                    most)};
     if (!text.starts_with("auto")) {
         const std::optional<int> last = number<int>(text);
         if (!last || *last < 0 || *last > most) return wrong;
@@ -92,8 +95,8 @@ Result<StoredBounces> parse_bounces(std::string_view text) {
 }
 
 Result<size_t> parse_size(std::string_view text, size_t whole) {
-    const Error bad{"bad-size", fmt::format("cannot read size \"{}\": expected a number with K, M, "
-                                            "G, T, KiB, MiB, GiB, TiB or %, above 0",
+    const Error bad{"bad-size", fmt::format("invalid size \"{}\"; expected a number with K, M, G, "
+                                            "T, KiB, MiB, GiB, TiB or %, above 0",
                                             text)};
     const size_t begin = std::min(text.find_first_not_of("0123456789.+-eE"), text.size());
     const auto value = number<double>(text.substr(0, begin));

@@ -153,8 +153,8 @@ void warn_of_many_channels(const RenderJob& job,
     for (const auto& [saved, what] : less) text += (text.empty() ? "" : ", ") + what;
     diagnostics.warn(
         "many-channels", {}, {},
-        fmt::format("the file has up to {} channels, and Nuke opens no more than {}: {} could be "
-                    "left out; --lights groups and --casters make fewer rows",
+        fmt::format("the file has up to {} channels, above Nuke's maximum of {}; {} can be "
+                    "omitted; --lights groups and --casters reduce the light groups and casters",
                     count, most_host_channels, text));
 }
 

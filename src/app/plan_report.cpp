@@ -60,7 +60,7 @@ std::string reason(const EffectEntry& e) {
                             text.empty() ? e.prims : e.prims - 1, text.empty() ? "prims" : "more");
     if (!e.why.empty()) text += (text.empty() ? "" : ": ") + e.why;
     if (e.not_simulated_prims > 0)
-        text += fmt::format("; {} more called for it and are not simulated", e.not_simulated_prims);
+        text += fmt::format("; {} more prims use it, but are not rendered", e.not_simulated_prims);
     return text;
 }
 
@@ -108,9 +108,9 @@ std::vector<PlanNeeds::Plugin> expected_plugins(const RenderJob& job,
         if (has_trigger(m, "asset", "texture") && runs(Effect::Textures))
             open("textures of " + input.plan.of(Effect::Textures).prim);
         if (has_trigger(m, "asset", "picture") && runs(Effect::EnvironmentMaps))
-            open("picture of " + input.plan.of(Effect::EnvironmentMaps).prim);
+            open("texture of " + input.plan.of(Effect::EnvironmentMaps).prim);
         if (has_trigger(m, "asset", "picture") && runs(Effect::LightTextures))
-            open("picture of " + input.plan.of(Effect::LightTextures).prim);
+            open("texture of " + input.plan.of(Effect::LightTextures).prim);
         if (has_trigger(m, "option", "accel=" + job.arguments.accel))
             open("--accel " + job.arguments.accel);
         for (size_t i = 0; i < scene::effect_count; ++i) {
@@ -185,7 +185,7 @@ std::string plan_text(const EffectPlan& plan, bool verbose) {
         const std::string why = e.state == EffectState::Absent ? std::string() : reason(e);
         text += fmt::format(" off  {:21}{}{}{}{}\n", name, integrator::name_of(e.state),
                             why.empty() ? "" : ": ", why,
-                            e.is_forced ? "; runs all the same, by --effects all" : "");
+                            e.is_forced ? "; forced on by --effects all" : "");
     }
     if (!verbose) text += fmt::format(" off  absent: {}\n", join_names(plan, EffectState::Absent));
     return text;
@@ -198,21 +198,21 @@ std::string needs_text(const PlanNeeds& needs) {
     if (needs.plugins.empty())
         text += fmt::format(" none found; searched: {}\n", needs.plugin_folders);
     text += fmt::format(
-        "memory: {} geometry ({} triangles, {} instances), about {} for the tree over it, about {} "
-        "for the picture at most and {} more while it is written; textures as they are read\n",
+        "memory: {} geometry ({} triangles, {} instances), about {} for the BVH, at most about {} "
+        "for the film and {} more while writing; plus textures, loaded on demand\n",
         bytes_text(needs.geometry_bytes), needs.triangles, needs.instances,
         bytes_text(needs.accelerator_bytes), bytes_text(needs.film_bytes),
         bytes_text(needs.writing_bytes));
     if (needs.volume_bytes > 0)
-        text += fmt::format("        {} grids of volumes\n", bytes_text(needs.volume_bytes));
+        text += fmt::format("        {} volume grids\n", bytes_text(needs.volume_bytes));
     if (needs.is_before_refinement)
         text +=
-            "        more where meshes are refined: this is their cages (--dicing-rate, "
+            "        more after subdivision: this counts the control meshes (--dicing-rate, "
             "--subdivision-level)\n";
     for (const PictureNeeds::File& f : needs.files) {
         const std::string sums =
             f.sums_bytes > 0
-                ? fmt::format(", and sums to go on from of about {}", bytes_text(f.sums_bytes))
+                ? fmt::format(", and about {} of sums for --resume", bytes_text(f.sums_bytes))
                 : "";
         text +=
             fmt::format("file: {}: {} light layers, {} channels, at most {} before compression{}\n",

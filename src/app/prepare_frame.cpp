@@ -54,8 +54,8 @@ std::string product_name(const scene::Scene& scene, Diagnostics& diagnostics) {
     const std::filesystem::path name = scene.settings.products.front().name;
     if (!asset_roots().is_confined() || !name.has_parent_path()) return name.string();
     diagnostics.warn("render-products", {}, scene.settings.name,
-                     fmt::format("product \"{}\" names a folder, which a confined scene does not "
-                                 "choose: {} is written; -o says where else",
+                     fmt::format("product \"{}\" names a folder, which a confined scene cannot "
+                                 "choose; writing {}; set the output with -o",
                                  name.string(), name.filename().string()));
     return name.filename().string();
 }
@@ -69,7 +69,8 @@ std::string output_pattern(const RenderArguments& arguments,
         if (has_exr_extension(name)) return name;
         diagnostics.warn(
             "render-products", {}, scene.settings.name,
-            fmt::format("product \"{}\" is not an OpenEXR name; {}.exr is written", name, name));
+            fmt::format("product \"{}\" is not the name of an OpenEXR file; writing {}.exr", name,
+                        name));
         return name + ".exr";
     }
     return std::filesystem::path(arguments.scene).stem().string() + ".exr";
@@ -118,8 +119,8 @@ translate::TranslateOptions translate_options(const RenderJob& job, double frame
 void check_products(const scene::RenderSettings& settings, Diagnostics& diagnostics) {
     if (settings.products.size() > 1) {
         diagnostics.warn("render-products", {}, settings.name,
-                         fmt::format("{} render products; one file with all light layers is "
-                                     "written, under the first product's name",
+                         fmt::format("{} render products; writing one file with all light layers, "
+                                     "named as the first product",
                                      settings.products.size()));
     }
 }
@@ -157,7 +158,7 @@ int prepare_one(const RenderJob& job,
                 bool has_many,
                 const FrameFunction& use,
                 Diagnostics& diagnostics) {
-    MemoryLimit::enforce("while the scene was translated");
+    MemoryLimit::enforce("while translating the scene");
     const auto start = std::chrono::steady_clock::now();
     Result<scene::Scene> scene =
         translate::translate_stage(loaded.stage, translate_options(job, frame), diagnostics);
@@ -165,17 +166,18 @@ int prepare_one(const RenderJob& job,
     // main() says which
     if (!files_with_lost_pages().empty())
         return fail(
-            {"file-lost", "files of the scene changed while they were read: nothing is rendered"},
+            {"file-lost",
+             "files of the scene changed while they were read; nothing is rendered; render again"},
             RenderError);
     check_products(scene->settings, diagnostics);
     if (const Result<void> ok = check_render_vars(job, *scene, diagnostics); !ok)
         return fail(ok.error(), UsageError);
     if (job.arguments.strict && diagnostics.error_count() > 0) {
-        return fail({"strict",
-                     fmt::format("{} errors in the scene and --strict", diagnostics.error_count())},
+        return fail({"strict", fmt::format("{} errors in the scene; --strict renders nothing",
+                                           diagnostics.error_count())},
                     RenderError);
     }
-    MemoryLimit::enforce("while grids of volumes were read");
+    MemoryLimit::enforce("while reading volume grids");
     read_volumes(job, *scene, diagnostics);
     render::Settings settings = job.settings;
     settings.layers = layers_of(job, *scene);
@@ -193,7 +195,7 @@ int prepare_one(const RenderJob& job,
     input.open_s = loaded.seconds;
     input.translate_s =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    MemoryLimit::enforce("while the scene was made ready to be traced");
+    MemoryLimit::enforce("while building the acceleration structures");
     return use(job, input, diagnostics);
 }
 
@@ -221,7 +223,7 @@ int prepare_all(const RenderArguments& arguments, const FrameFunction& use) {
     const auto accelerator = render::find_accelerator(arguments.accel, diagnostics);
     if (!accelerator) return RenderError;
     job->settings.world.accelerator = *accelerator;
-    MemoryLimit::enforce("while the scene was read");
+    MemoryLimit::enforce("while reading the scene");
     const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics, arguments.assets);
     if (!loaded)
         return fail(loaded.error(), loaded.error().code == "usage" ? UsageError : RenderError);

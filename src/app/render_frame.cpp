@@ -178,7 +178,8 @@ class FrameRenderer {
 
 int render_frame(const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics) {
     if (data_window(input.scene.settings, job.arguments.crop).is_empty()) {
-        diagnostics.error("empty-window", {}, {}, "the crop or data window holds no pixel centre");
+        diagnostics.error("empty-window", {}, {},
+                          "the crop or data window contains no pixel center");
         return UsageError;
     }
     if (job.replay) return FrameRenderer(job, input, {}, {}, diagnostics).run();

@@ -65,12 +65,12 @@ Result<void> choose_light_sampling(const RenderArguments& a, RenderJob& job) {
     const std::string_view wanted =
         a.light_sampling.empty() ? usual : std::string_view(a.light_sampling);
     if (wanted != usual && a.integrator != "path")
-        return usage(fmt::format("--integrator {} means --light-sampling {}, not {}", a.integrator,
-                                 usual, wanted));
+        return usage(fmt::format("--integrator {} implies --light-sampling {}, found {}",
+                                 a.integrator, usual, wanted));
     const Way* const way = std::find_if(std::begin(ways), std::end(ways),
                                         [&](const Way& w) { return w.name == wanted; });
     if (way == std::end(ways))
-        return usage(fmt::format("--light-sampling: unknown way \"{}\"", wanted));
+        return usage(fmt::format("--light-sampling: unknown strategy \"{}\"", wanted));
     job.light_sampling = wanted;
     job.settings.tracer.estimator.light_sampling = way->sampling;
     job.settings.world.samples_light_area = way->by_area;
@@ -78,7 +78,7 @@ Result<void> choose_light_sampling(const RenderArguments& a, RenderJob& job) {
     const bool is_global = wanted == "global-area";
     if (is_global && !a.light_selection.empty() && a.light_selection != "area")
         return usage(
-            fmt::format("--light-sampling global-area means --light-selection area, not {}",
+            fmt::format("--light-sampling global-area implies --light-selection area, found {}",
                         a.light_selection));
     job.light_selection_name = !a.light_selection.empty() ? a.light_selection
                                : is_global                ? "area"
@@ -102,13 +102,15 @@ Result<void> choose_roulette(const RenderArguments& a, integrator::EstimatorOpti
     const Way* const way = std::find_if(std::begin(ways), std::end(ways),
                                         [&](const Way& w) { return w.name == a.roulette; });
     if (way == std::end(ways))
-        return usage(fmt::format("--roulette: unknown way \"{}\"", a.roulette));
+        return usage(fmt::format("--roulette: unknown strategy \"{}\"", a.roulette));
     estimator.roulette = way->roulette;
     if (estimator.roulette == Roulette::None && a.max_depth == 0)
         return usage(
-            "--roulette none needs --max-depth: without either, paths in closed rooms do not end");
+            "--roulette none needs --max-depth; without both, paths in closed rooms never "
+            "terminate");
     if (a.cutoff && estimator.roulette != Roulette::Cutoff)
-        return usage(fmt::format("--cutoff belongs to --roulette cutoff, not to {}", a.roulette));
+        return usage(
+            fmt::format("--cutoff needs --roulette cutoff, found --roulette {}", a.roulette));
     if (a.cutoff) estimator.cutoff = float(*a.cutoff);
     return {};
 }
@@ -126,7 +128,7 @@ Result<void> choose_estimator(const RenderArguments& a, RenderJob& job) {
     // Chains of mirrors leave no direction to learn
     if (*guiding == integrator::Guiding::On && estimator.specular_chains_only)
         return usage(
-            "--integrator whitted follows mirrors only: --guiding on has nothing to guide");
+            "--guiding on has no effect with --integrator whitted, which only follows mirrors");
     job.settings.guiding = *guiding;
     job.settings.splits = a.splitting == "auto";
     const Result<EffectChoice> effects = parse_effects(a.effects);
@@ -139,7 +141,7 @@ Result<void> choose_estimator(const RenderArguments& a, RenderJob& job) {
             fmt::format("--caustics: expected path, manifold or auto, found \"{}\"", a.caustics));
     if (*caustics != integrator::Caustics::Path && estimator.specular_chains_only)
         return usage(fmt::format(
-            "--integrator whitted leaves caustics out: --caustics {} has nothing to find",
+            "--caustics {} has no effect with --integrator whitted, which omits caustics",
             a.caustics));
     job.settings.caustics = *caustics;
     for (const accel::BvhQuality quality :
@@ -177,7 +179,7 @@ Result<void> choose_layers(const RenderArguments& a, RenderJob& job) {
                                           : nullptr;
         if (!flag)
             return usage(
-                fmt::format("--layers: unknown family \"{}\": expected bounce, light, matrix, "
+                fmt::format("--layers: unknown AOV set \"{}\"; expected bounce, light, matrix, "
                             "shadow, caster, lobe, data or none",
                             family));
         *flag = true;
@@ -185,7 +187,7 @@ Result<void> choose_layers(const RenderArguments& a, RenderJob& job) {
     if (has_lobes) layers.path_layers = film::lobe_layers();
     layers.has_strict_paths = a.strict_lpe;
     if (!a.casters.empty() && !layers.caster_layers)
-        return usage("--casters needs the family caster in --layers");
+        return usage("--casters needs caster in --layers");
     for (const std::string& text : a.casters) {
         std::string error;
         const auto expression = usd::stage::parse_path_expression(
@@ -207,7 +209,7 @@ Result<void> choose_layers(const RenderArguments& a, RenderJob& job) {
                          [&](accumulate::MatteKind k) { return matte_word(k) == word; });
         if (kind == accumulate::matte_kinds.end())
             return usage(fmt::format(
-                "--cryptomatte: expected object, material or both, found \"{}\"", word));
+                "--cryptomatte: expected object, material or object,material, found \"{}\"", word));
         layers.mattes[size_t(*kind)] = true;
     }
     return {};
@@ -223,10 +225,10 @@ Result<void> choose_samples(const RenderArguments& a, RenderJob& job) {
                           : !a.time.empty()         ? max_timed_spp
                                                     : max_target_spp;
     if (a.requires_target && !a.spp && a.samples.empty() && a.target_error.empty())
-        return usage("--require-target needs a target: --target-error, --spp or --samples");
+        return usage("--require-target needs --target-error, --spp or --samples");
     schedule.needs_sure_target = a.requires_target;
     if (!a.samples.empty()) {
-        if (a.spp) return usage("--samples and --spp cannot be given together");
+        if (a.spp) return usage("--samples and --spp cannot be combined");
         const auto range = parse_sample_range(a.samples);
         if (!range) return usage("--samples: " + range.error().message);
         schedule.first_sample = range->first;
@@ -256,8 +258,7 @@ Result<std::array<uint64_t, 3>> parse_replay(const std::string& text) {
         const auto parsed = std::from_chars(parts[i].data(), end, out[i]);
         is_good = parsed.ec == std::errc() && parsed.ptr == end;
     }
-    if (!is_good)
-        return usage(fmt::format("--replay: cannot read \"{}\": expected x,y,sample", text));
+    if (!is_good) return usage(fmt::format("--replay: expected X,Y,SAMPLE, found \"{}\"", text));
     return out;
 }
 
@@ -270,35 +271,31 @@ Result<void> check_sizes(const RenderArguments& a) {
 /// Options that would be ignored beside another one.
 Result<void> check_combinations(const RenderArguments& a) {
     if (!a.output.empty() && !has_exr_extension(a.output))
-        return usage(
-            fmt::format("--output: light layers are written as OpenEXR: expected a name ending in "
-                        ".exr, found \"{}\"",
-                        a.output));
+        return usage(fmt::format(
+            "--output: light layers are OpenEXR; expected a name ending in .exr, found \"{}\"",
+            a.output));
     if (a.deep && !a.samples.empty())
         return usage(
-            "--deep and --samples cannot be given together: deep pictures of parts of the samples "
-            "do not merge");
+            "--deep and --samples cannot be combined: deep images of sample ranges do not merge");
     if (a.deep && a.resume)
-        return usage("--deep and --resume cannot be given together: deep pictures do not go on");
+        return usage("--deep and --resume cannot be combined: deep images are not resumable");
     if (a.deep && a.filter == "mitchell")
         return usage(
-            "--deep cannot be had with --filter mitchell: coverage by weights below zero has no "
+            "--deep and --filter mitchell cannot be combined: coverage by negative weights has no "
             "depth");
     if (!a.replay.empty() && (!a.output.empty() || !a.stats.empty()))
-        return usage("--replay writes no file: leave out --output and --stats");
+        return usage("--replay writes no file; remove --output and --stats");
     for (const std::string& lpe : a.lpe)
         if (lpe.find('=') == 0 || lpe.find('=') == std::string::npos)
             return usage(fmt::format("--lpe: expected NAME=EXPRESSION, found \"{}\"", lpe));
-    if (!a.replay.empty() && a.deep) return usage("--replay writes no file: leave out --deep");
+    if (!a.replay.empty() && a.deep) return usage("--replay writes no file; remove --deep");
     if (a.deep_samples && !a.deep) return usage("--deep-samples needs --deep");
     if (a.matte_levels && a.cryptomatte.empty())
         return usage("--cryptomatte-levels needs --cryptomatte");
-    if (!a.replay.empty() && a.resume)
-        return usage("--replay traces one sample: leave out --resume");
-    if (!a.for_mix.empty() && !a.resume)
-        return usage("--for-mix adds to a file: give --resume as well");
+    if (!a.replay.empty() && a.resume) return usage("--replay traces one sample; remove --resume");
+    if (!a.for_mix.empty() && !a.resume) return usage("--for-mix needs --resume");
     if (!a.for_mix.empty() && !a.samples.empty())
-        return usage("--for-mix places samples by its own counts: leave out --samples");
+        return usage("--for-mix has its own sample counts; remove --samples");
     return {};
 }
 
@@ -358,7 +355,7 @@ Result<RenderJob> make_render_job(const RenderArguments& a) {
     if (const auto ok = parse_into(checkpoint_s, a.checkpoint, "--checkpoint", parse_duration); !ok)
         return ok.error();
     if (checkpoint_s > 0 && a.exr_layout == "split")
-        return usage("--checkpoint replaces one file in one step: leave out --exr-layout split");
+        return usage("--checkpoint needs a single file; remove --exr-layout split");
     // An interim image has sums, as a checkpoint: of both the more frequent
     double& interval_s = settings.schedule.snapshot_interval_s;
     if (checkpoint_s > 0)

@@ -135,7 +135,7 @@ class LayerChoice {
         // Every file holds these, as R, G, B, A
         const bool is_beauty = *of == "beauty" || *of == "alpha";
         if (is_beauty && data_layer(name) == of) return "";
-        if (!is_beauty && !set_.data_layers) return "--layers leaves data out";
+        if (!is_beauty && !set_.data_layers) return "--layers has no data";
         if (*of == name) return "";
         accumulate::DataAlias alias{name, *of};
         const std::string note = find_name(alias.name);
@@ -161,8 +161,8 @@ class LayerChoice {
         const std::string note = fmt::format(
             "it is stored as {}: {}", legal,
             taken_.contains(name)
-                ? "there is a layer of that name"
-                : "its name is not one for layers of files, or is one for those of another kind");
+                ? "a layer of that name exists"
+                : "its name is not a valid layer name, or is reserved for another kind of layer");
         name = legal;
         return note;
     }
@@ -194,7 +194,8 @@ void add_vars(const scene::RenderSettings& settings, LayerChoice& choice, const 
         } else if (var.source_type != "intrinsic") {
             // Intrinsic ones were told of where they were read
             tell(var,
-                 fmt::format("sourceType {} is not supported: it gets no layer", var.source_type),
+                 fmt::format("sourceType {} is not supported; the render var is skipped",
+                             var.source_type),
                  false);
         }
     }
@@ -245,8 +246,9 @@ Result<void> check_render_vars(const RenderJob& job,
              });
     if (const Result<void> ok = choice.finish(); !ok) {
         if (!job.arguments.lpe.empty()) return ok;
-        diagnostics.error("render-var", {}, scene.settings.name,
-                          ok.error().message + "; render vars get no layers of light paths");
+        diagnostics.error(
+            "render-var", {}, scene.settings.name,
+            ok.error().message + "; light path expressions of render vars are skipped");
     }
     return {};
 }

@@ -17,11 +17,11 @@ namespace {
 void note_guiding(const integrator::GuideTraining& training, Diagnostics& diagnostics) {
     const std::string why =
         training.field.is_empty()
-            ? std::string("indirect light makes little noise here")
-            : fmt::format("guided trial paths were the better ones in {} of {} groups",
-                          training.wins, integrator::GuideTraining::group_count);
+            ? std::string("indirect light causes little noise")
+            : fmt::format("guided trial paths had less noise in {} of {} groups", training.wins,
+                          integrator::GuideTraining::group_count);
     diagnostics.note("guiding", {}, {},
-                     fmt::format("paths are {}guided: {}; --guiding on or off decides otherwise",
+                     fmt::format("path guiding is {}used: {}; override with --guiding on or off",
                                  training.is_used ? "" : "not ", why));
 }
 
@@ -36,12 +36,12 @@ int refuse_frame(const RenderJob& job,
     if (job.arguments.strict && diagnostics.error_count() > 0)
         diagnostics.error(
             "strict", {}, {},
-            fmt::format("{} errors and --strict: nothing is rendered", diagnostics.error_count()));
+            fmt::format("{} errors; --strict renders nothing", diagnostics.error_count()));
     else if (job.arguments.texture_failure == "error" && unread_textures > 0)
-        diagnostics.error("texture-failure", {}, {},
-                          fmt::format("pictures of {} textures cannot be read and "
-                                      "--texture-failure error: nothing is rendered",
-                                      unread_textures));
+        diagnostics.error(
+            "texture-failure", {}, {},
+            fmt::format("{} unreadable textures; --texture-failure error renders nothing",
+                        unread_textures));
     else
         return Done;
     return RenderError;
@@ -65,8 +65,8 @@ void note_what_was_learned(const RenderJob& job,
                          text_of(*learned.bounces, renderer.layers().last_bounce));
     if (renderer.caustics() && renderer.caustics()->is_empty())
         diagnostics.note("caustics", {}, {},
-                         "caustics are left to the paths: there is no smooth mirror or glass, or "
-                         "no light that is wanted to shine through it");
+                         "caustics: manifold sampling is not used, because the scene has no smooth "
+                         "mirror or glass, or no light selected for it");
 }
 
 void report_bad_samples(const film::Film& film,
@@ -74,52 +74,53 @@ void report_bad_samples(const film::Film& film,
                         Diagnostics& diagnostics) {
     for (const film::BadSample& b : film.bad_samples()) {
         diagnostics.warn("bad-sample", {}, {},
-                         fmt::format("pixel ({}, {}) sample {}: radiance is {}; left out; see "
-                                     "it with --replay {},{},{}",
+                         fmt::format("pixel ({}, {}) sample {}: radiance is {}; sample skipped; "
+                                     "trace it with --replay {},{},{}",
                                      b.x, b.y, b.sample, b.reason, b.x, b.y, b.sample));
     }
     if (film.invalid_count() > 16)
         diagnostics.warn(
             "bad-sample", {}, {},
-            fmt::format("{} bad samples in all were left out; layer `invalid` shows where",
+            fmt::format("{} bad samples skipped in total; layer `invalid` counts them per pixel",
                         film.invalid_count()));
     if (result.rays.caustics_capped > 0) {
-        diagnostics.warn(
-            "caustics", {}, {},
-            fmt::format(
-                "{} of {} caustic chains were so hard to find again that they count too little",
-                result.rays.caustics_capped, result.rays.caustics_found));
+        diagnostics.warn("caustics", {}, {},
+                         fmt::format("{} of {} manifold-sampling estimates hit the trial cap; "
+                                     "caustics are slightly too dark",
+                                     result.rays.caustics_capped, result.rays.caustics_found));
     }
     const media::TrackingCounts& tracking = result.rays.tracking;
     if (tracking.violations > 0)
         diagnostics.error(
             "volume-majorant", {}, {},
-            fmt::format("{} lookups in volumes were above their bound: this is a bug of Velatura",
-                        tracking.violations));
+            fmt::format(
+                "{} volume lookups exceeded the majorant; please report this bug of Velatura",
+                tracking.violations));
     if (tracking.capped > 0)
         diagnostics.warn(
             "volume-cap", {}, {},
-            fmt::format("{} ways through volumes were cut because light met too much on them",
-                        tracking.capped));
+            fmt::format(
+                "{} volume walks were terminated at the collision limit; their light is missing",
+                tracking.capped));
     if (result.rays.walks_given_up > 0)
         diagnostics.warn(
             "subsurface", {}, {},
-            fmt::format("{} walks below surfaces were given up after {} scatterings: a white "
-                        "body is very large for its subsurfaceRadius, or not closed",
+            fmt::format("{} subsurface walks were terminated after {} scattering events: a white "
+                        "mesh is very large for its subsurfaceRadius, or not watertight",
                         result.rays.walks_given_up, integrator::SubsurfaceWalk::most_steps));
     if (result.rays.bodies_unmatched > 0)
         diagnostics.warn("nested-bodies", {}, {},
-                         fmt::format("rays left bodies {} times without having entered them: "
-                                     "some body with or beside a priority is not closed",
+                         fmt::format("{} unmatched exits from dielectrics: a mesh with a "
+                                     "dielectric priority, or next to one, is not watertight",
                                      result.rays.bodies_unmatched));
     if (result.rays.bodies_too_deep > 0)
         diagnostics.warn("nested-bodies", {}, {},
-                         fmt::format("rays were within more bodies than can be told apart, {} "
-                                     "times: the last ones did not count",
+                         fmt::format("{} times rays were inside more nested dielectrics than are "
+                                     "tracked; the last entered were ignored",
                                      result.rays.bodies_too_deep));
     if (result.rays.depth_limited > 0)
         diagnostics.warn("depth-limit", {}, {},
-                         fmt::format("{} paths were cut after {} scatterings",
+                         fmt::format("{} paths were terminated after {} bounces",
                                      result.rays.depth_limited, integrator::hard_depth_limit));
 }
 
@@ -134,14 +135,14 @@ void warn_of_lower_bound(const std::optional<PictureError>& error,
     if (e.is_lower && e.value >= negligible)
         diagnostics.warn(
             "rare-light", {}, {},
-            fmt::format("rare bright samples: the error of {:.3g} % is a lower bound; {} of {} "
-                        "pixels hold{} half of the squared error",
+            fmt::format("rare bright samples (fireflies): the error of {:.3g} % is a lower bound; "
+                        "{} of {} pixels hold{} half of the squared error",
                         100 * e.value, e.half_in, window.pixel_count(), e.half_in == 1 ? "s" : ""));
     if (is_rare)
         diagnostics.warn(
             "rare-light", {}, {},
-            fmt::format("the error does not fall as samples grow, some light is met too rarely: "
-                        "the error of {:.3g} % is a lower bound",
+            fmt::format("the error does not fall with more samples, because paths rarely reach "
+                        "some light: the error of {:.3g} % is a lower bound",
                         100 * e.value));
 }
 
@@ -149,10 +150,11 @@ void report_broken_plan(const std::vector<scene::Effect>& broken,
                         const integrator::RenderResult& result,
                         Diagnostics& diagnostics) {
     for (const scene::Effect e : broken)
-        diagnostics.error("effect-plan", {}, {},
-                          fmt::format("the plan has {} off, and its code ran {} times: the plan is "
-                                      "wrong, which the file says in velatura/plan",
-                                      scene::info(e).name, result.rays.effects.of(e)));
+        diagnostics.error(
+            "effect-plan", {}, {},
+            fmt::format("the effect plan has {} off, but its code ran {} times; the plan is wrong, "
+                        "and velatura/plan in the file states it; please report this bug",
+                        scene::info(e).name, result.rays.effects.of(e)));
 }
 
 bool report_missing_textures(const RenderJob& job,
@@ -161,8 +163,8 @@ bool report_missing_textures(const RenderJob& job,
                              Diagnostics& diagnostics) {
     if (job.arguments.texture_failure != "error" || unread_textures == 0) return false;
     diagnostics.error("texture-failure", {}, {},
-                      fmt::format("pictures of {} textures could not be read and "
-                                  "--texture-failure error: {} has their fallbacks",
+                      fmt::format("{} textures could not be read; fallbacks used in {}; "
+                                  "--texture-failure error makes this an error",
                                   unread_textures, output));
     return true;
 }
@@ -173,13 +175,12 @@ void print_summary(const RenderJob& job,
                    size_t unread_textures,
                    const film::NoiseEstimate& noise,
                    const integrator::RenderResult& result) {
-    fmt::print("{}: {} layers, {} channels, closure {:.3g} of its bound, {}\n", output,
-               written.layers, written.channels, written.closure_measured,
-               format_duration(result.seconds));
+    fmt::print(
+        "{}: {} layers, {} channels, AOVs sum to the beauty (closure {:.3g} of its bound), {}\n",
+        output, written.layers, written.channels, written.closure_measured,
+        format_duration(result.seconds));
     if (unread_textures > 0)
-        fmt::print(
-            "pictures of {} textures could not be read: their fallbacks are in the picture\n",
-            unread_textures);
+        fmt::print("{} textures could not be read; fallbacks used\n", unread_textures);
     if (wanted_error(job) > 0 && !result.curve.is_empty())
         fmt::print("{}\n", forecast_text(result.curve, noise.samples_mean, wanted_error(job)));
 }

@@ -60,7 +60,8 @@ int replay_sample(const integrator::PathTracer& tracer,
                   const scene::Scene& scene,
                   const std::array<uint64_t, 3>& at) {
     if (at[0] >= uint64_t(scene.settings.width) || at[1] >= uint64_t(scene.settings.height)) {
-        fmt::print(stderr, "error: --replay: pixel ({}, {}) is outside the picture of {} x {}\n",
+        fmt::print(stderr,
+                   "error: --replay: pixel ({}, {}) is outside the image of {} x {} [usage]\n",
                    at[0], at[1], scene.settings.width, scene.settings.height);
         return UsageError;
     }
@@ -73,7 +74,7 @@ int replay_sample(const integrator::PathTracer& tracer,
     fmt::print(
         "pixel ({}, {}) sample {}: radiance ({:.9g}, {:.9g}, {:.9g}), weight {:.6g}, {} rays{}\n",
         at[0], at[1], at[2], L.x, L.y, L.z, radiance.weight, counts.total(),
-        radiance.is_bad() ? fmt::format(", left out: {}", to_string(radiance.bad_reason())) : "");
+        radiance.is_bad() ? fmt::format(", skipped: {}", to_string(radiance.bad_reason())) : "");
     return Done;
 }
 

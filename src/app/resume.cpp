@@ -63,8 +63,8 @@ Result<std::optional<EarlierPart>> read_earlier_part(const std::string& path) {
     Result<accumulate::SampleSums> sums = layers::read_sums(*file);
     if (!sums && sums.error().code == "no-sums")
         return refused(
-            "it holds no sums to go on from: render with --keep-sums, --checkpoint, --snapshot or "
-            "--resume from the start");
+            "it is not resumable; render with --keep-sums, --checkpoint, --snapshot or --resume "
+            "from the start");
     if (!sums) return refused(sums.error().message);
     EarlierPart part{std::move(*sums),
                      header->samples.bad,
@@ -76,7 +76,7 @@ Result<std::optional<EarlierPart>> read_earlier_part(const std::string& path) {
                      "[]",
                      {}};
     if (!parse_settings(file->text(layers::settings_attribute), part))
-        return refused("it does not say by which build and settings it was rendered");
+        return refused("its header does not name the build and the settings of the render");
     return std::optional<EarlierPart>(std::move(part));
 }
 
@@ -86,9 +86,9 @@ Result<layers::TopUpRequest> read_request(const std::string& path,
     Result<layers::TopUpRequest> request = layers::read_top_up(path);
     if (!request) return request;
     if (request->scene_hash != fmt::format("{:016x}", input.content_hash))
-        return refused(fmt::format("{} was made for another scene", path));
+        return refused(fmt::format("{} was written for another scene", path));
     if (request->window != window)
-        return refused(fmt::format("{} was made for the pixels {}, and {} are wanted", path,
+        return refused(fmt::format("{} was written for the pixels {}, expected {}", path,
                                    text_of(request->window), text_of(window)));
     return request;
 }
@@ -112,7 +112,7 @@ std::string difference(const EarlierPart& earlier, const FrameSettings& settings
                                      [&](const auto& s) { return s.first == setting.first; });
         const std::string before = at == earlier.settings.end() ? "nothing" : at->second;
         if (before != setting.second)
-            return fmt::format("other settings: {} was {} and is {}", setting.first, before,
+            return fmt::format("its settings differ: {} was {}, now {}", setting.first, before,
                                setting.second);
     }
     return {};
@@ -123,27 +123,26 @@ std::string difference(const EarlierPart& earlier,
                        const FrameInput& input,
                        const FrameSettings& settings) {
     if (earlier.build != build_id())
-        return fmt::format("build {} of velatura rendered it, and this is {}", earlier.build,
-                           build_id());
+        return fmt::format("it was rendered by build {} of velatura, this is build {}",
+                           earlier.build, build_id());
     if (earlier.scene_hash != fmt::format("{:016x}", input.content_hash)) {
         const nlohmann::json now = {{"layers", input.layer_names}};
         const layers::DifferentLayers layers =
             layers::different_layers(earlier.scene_json, now.dump());
         const std::string what = "the scene's layers have changed";
-        return layers.a.empty()
-                   ? what
-                   : fmt::format("{}: it had {}, this has {}", what, layers.a, layers.b);
+        return layers.a.empty() ? what
+                                : fmt::format("{}: it had {}, now {}", what, layers.a, layers.b);
     }
     if (const std::string why = difference(earlier, settings); !why.empty()) return why;
     const image::Window window = data_window(input.scene.settings, job.arguments.crop);
     if (earlier.sums.window() != window)
-        return fmt::format("it shows the pixels {}, and {} are wanted",
-                           text_of(earlier.sums.window()), text_of(window));
+        return fmt::format("it has the pixels {}, expected {}", text_of(earlier.sums.window()),
+                           text_of(window));
     film::LayerSet layers = layers_of(job, input.scene);
     if (job.settings.least_bounce_share) layers.last_bounce = earlier.sums.layer_set().last_bounce;
     if (earlier.sums.layer_set() != layers) return "it stores other light layers";
     if (earlier.first_sample != job.settings.schedule.first_sample)
-        return fmt::format("its samples begin at {}, and {} is wanted", earlier.first_sample,
+        return fmt::format("its samples start at {}, expected {}", earlier.first_sample,
                            job.settings.schedule.first_sample);
     return {};
 }
@@ -164,7 +163,7 @@ std::string Continuation::difference(const FrameSettings& settings,
         if (std::string why = app::difference(*earlier, settings); !why.empty()) return why;
     }
     if (request && request->settings_hash != settings_hash)
-        return fmt::format("{} was made for a render of other settings", job.arguments.for_mix);
+        return fmt::format("{} was written for other render settings", job.arguments.for_mix);
     return {};
 }
 
@@ -190,11 +189,11 @@ Continuation find_continuation(const RenderJob& job,
     found.earlier = std::move(*earlier);
     const bool is_topped_up = !job.arguments.for_mix.empty();
     if (!found.earlier && is_topped_up)
-        return refuse("there is no such file, and --for-mix adds to one");
+        return refuse("file not found; --for-mix continues an existing file");
     if (!found.earlier)
-        diagnostics.note("resume", {}, {},
-                         fmt::format("there is no {} yet: the render starts from its first sample",
-                                     input.output));
+        diagnostics.note(
+            "resume", {}, {},
+            fmt::format("{} not found; the render starts from its first sample", input.output));
     if (!is_topped_up) return found;
     Result<layers::TopUpRequest> request =
         read_request(frame_path(job.arguments.for_mix, input.frame), input,
@@ -211,7 +210,7 @@ Continuation find_continuation(const RenderJob& job,
 }
 
 int refuse_to_resume(const std::string& path, const std::string& why, Diagnostics& diagnostics) {
-    diagnostics.error("resume-refused", {}, {}, fmt::format("cannot go on from {}: {}", path, why));
+    diagnostics.error("resume-refused", {}, {}, fmt::format("cannot resume {}: {}", path, why));
     return Refused;
 }
 

@@ -71,12 +71,10 @@ Result<TypedValue> parse_value(const std::string& text) {
     if (!parsed) return problem(parsed.error().message);
     if (!parsed->is_property() || parsed->has_variant_selection() || parsed->has_target())
         return problem(
-            fmt::format("\"{}\" is not the path of an attribute, expected "
-                        "/Prim.attribute=value",
-                        path));
+            fmt::format("\"{}\" is not an attribute path; expected /Prim.attribute=value", path));
     out.property = *parsed;
     out.value = trimmed(std::string_view(text).substr(equals + 1));
-    if (out.value.empty()) return problem("there is no value after '='");
+    if (out.value.empty()) return problem("missing value after '='");
     return out;
 }
 
@@ -102,13 +100,13 @@ Result<Prim> prim_to_author(const Stage& stage, Path path) {
             std::vector<std::string> names;
             for (const Prim& child : parent.all_children())
                 if (child.is_defined()) names.push_back(child.name().str());
-            return problem(fmt::format("there is no prim <{}>{}", prefix.to_string(),
+            return problem(fmt::format("prim <{}> not found{}", prefix.to_string(),
                                        did_you_mean(name, names)));
         }
         if (prim.is_instance_proxy())
             return problem(
-                fmt::format("<{}> lies below the instance <{}>, where opinions do not "
-                            "count: set them on the prim that it refers to",
+                fmt::format("<{}> is inside the instance <{}>, where opinions are ignored; set "
+                            "them on the prim that it references",
                             prefix.to_string(), parent.path_string()));
         parent = prim;
     }
@@ -218,7 +216,7 @@ class OverrideLayer {
         // The value must not bring anything else along
         const usd::layer::Spec* const property = (*read)->spec(typed.property);
         if (!property || (*read)->spec_count() != prims.size() + 2)
-            return problem("the value is more than one value");
+            return problem("expected one value, found more");
         over(typed.property.prim_path());
         usd::layer::Spec& spec = layer_->create_spec(typed.property, property->kind(), loc);
         spec.set_loc(loc);
@@ -271,11 +269,11 @@ void warn_of_connection(const Stage& stage,
     const Prim prim = stage.prim_at(typed.property.prim_path());
     const std::vector<Path> targets = prim.attribute(name).connections();
     if (targets.empty() || !has_value_source(stage, targets.front())) return;
-    diagnostics.warn(
-        "set-connected", {diagnostics.file_id("--set " + text), 0, 0}, prim.path_string(),
-        fmt::format("the value has no effect: {} is connected to <{}>, which is stronger; --set "
-                    "'{}.connect=None' removes the connection",
-                    name, targets.front().to_string(), typed.property.to_string()));
+    diagnostics.warn("set-connected", {diagnostics.file_id("--set " + text), 0, 0},
+                     prim.path_string(),
+                     fmt::format("the value has no effect, because {} is connected to <{}>; remove "
+                                 "the connection with --set '{}.connect=None'",
+                                 name, targets.front().to_string(), typed.property.to_string()));
 }
 
 /// Errors of the parser for an option's check.
@@ -292,26 +290,23 @@ auto problem_of(Parse parse) {
 void add_override_options(Command& command, SceneOverrides& overrides) {
     command
         .add_option("--session", overrides.sessions,
-                    "layer with opinions stronger than the scene's (session layer), such as the "
-                    "one that velatura-comp bake writes; may be repeated, the last is the "
-                    "strongest")
+                    "Session layer: opinions stronger than the scene's, e.g. from `velatura-comp "
+                    "bake`; the last is the strongest")
         .type_name("FILE")
         .expected(1)
         .take_all()
         .reads();
     command
-        .add_option("--variant", overrides.variants,
-                    "select a variant, above --session; may be repeated")
+        .add_option("--variant", overrides.variants, "Variant selection, stronger than --session")
         .type_name("/Prim{set=name}")
         .expected(1)
         .take_all()
         .check(problem_of(parse_variant));
     command
         .add_option("--set", overrides.values,
-                    "value of an attribute as in a .usda file, above --session, such as "
-                    "/Sun.inputs:intensity=2; quotes of tokens, strings and asset paths may be "
-                    "left out; a new attribute needs its type first ('float /Prim.x=1'); may be "
-                    "repeated")
+                    "Attribute value as in .usda, stronger than --session, e.g. "
+                    "/Sun.inputs:intensity=2; quotes of tokens, strings and asset paths are "
+                    "optional; a new attribute needs its type ('float /Prim.x=1')")
         .type_name("/Prim.attribute=value")
         .expected(1)
         .take_all()
@@ -329,7 +324,7 @@ Result<OverriddenStage> open_stage(const SceneOverrides& overrides,
     for (auto file = overrides.sessions.rbegin(); file != overrides.sessions.rend(); ++file) {
         options.session_layers.push_back(absolute(*file));
         if (!asset_exists(options.session_layers.back()))
-            return usage("--session", *file, "there is no such file");
+            return usage("--session", *file, "file not found");
     }
     OverrideLayer layer(diagnostics);
     for (const std::string& text : overrides.variants) layer.select(*parse_variant(text), text);

@@ -105,16 +105,16 @@ json depth_entry(int max_depth, const film::Film& film) {
     const std::optional<film::TruncatedLight> cut = film::truncated_light(film.sums(), max_depth);
     if (!cut) {
         entry["effect"] =
-            "light of longer paths is missing; not measured: that takes layers of bounces, 3 at "
-            "least, that fall";
+            "light of longer paths is missing; missing energy not estimated; use --bounces 3 or "
+            "more";
         return entry;
     }
     entry["missing_share"] = cut->share;
     entry["low"] = cut->low;
     entry["high"] = cut->high;
     entry["effect"] = fmt::format(
-        "light of longer paths is missing: about {:.2g} % of all ({:.2g} to {:.2g}), if bounces go "
-        "on to fall as the last ones did",
+        "light of longer paths is missing: about {:.2g} % of all light ({:.2g} to {:.2g}), "
+        "extrapolated from the last bounces",
         100 * cut->share, 100 * cut->low, 100 * cut->high);
     return entry;
 }
@@ -131,15 +131,14 @@ json make_ledger(const RenderJob& job,
         ledger.push_back({{"approximation", "effect-left-out"},
                           {"value", scene::info(scene::Effect(i)).name},
                           {"kind", "bias"},
-                          {"effect", "the scene calls for it; not measured"}});
+                          {"effect", "the scene uses it; not measured"}});
     }
     if (const size_t unread = unread_textures(world); unread > 0) {
         ledger.push_back(
             {{"approximation", "texture-fallback"},
              {"value", unread},
              {"kind", "bias"},
-             {"effect",
-              "pictures that could not be read are their fallback values; not measured"}});
+             {"effect", "unreadable textures are replaced by their fallbacks; not measured"}});
     }
     if (job.settings.tracer.max_depth > 0) {
         ledger.push_back(depth_entry(job.settings.tracer.max_depth, film));
@@ -149,15 +148,14 @@ json make_ledger(const RenderJob& job,
                           {"value", job.settings.tracer.estimator.cutoff},
                           {"kind", "bias"},
                           {"effect",
-                           "light of paths is missing once they carry less than this part of what "
-                           "they began with; not measured"}});
+                           "light of paths is missing below this throughput, relative to their "
+                           "start; not measured"}});
     }
     if (job.settings.tracer.estimator.specular_chains_only) {
-        ledger.push_back(
-            {{"approximation", "whitted"},
-             {"value", "paths end at the first surface that is no perfect mirror or glass"},
-             {"kind", "bias"},
-             {"effect", "indirect light is missing; not measured"}});
+        ledger.push_back({{"approximation", "whitted"},
+                          {"value", "paths end at the first non-specular hit"},
+                          {"kind", "bias"},
+                          {"effect", "indirect light is missing; not measured"}});
     }
     if (job.settings.layers.has_clamp()) {
         const double share = accumulate::clamped_share(film.sums());
@@ -171,30 +169,31 @@ json make_ledger(const RenderJob& job,
              {"kind", "bias"},
              {"removed_share", share},
              {"effect",
-              fmt::format("{:.3g} % of the picture's light is taken away; clamp_ layers hold it",
+              fmt::format("{:.3g} % of the light of the image is removed; clamp_ layers store it",
                           100 * share)}});
     }
     if (job.settings.tracer.filter == sampling::FilterKind::Mitchell) {
         ledger.push_back({{"approximation", "mitchell-ratio"},
-                          {"value", "weights normalised per pixel"},
+                          {"value", "filter weights are normalized per pixel"},
                           {"kind", "consistent"},
-                          {"effect", "vanishes with samples; not measured"}});
+                          {"effect", "vanishes with more samples; not measured"}});
     }
     if (job.settings.caustics != integrator::Caustics::Path) {
         ledger.push_back({{"approximation", "caustic-trial-cap"},
                           {"value", integrator::CausticSampler::trial_cap},
                           {"kind", "bias"},
                           {"effect",
-                           "chains not found again after so many trials count too little; "
-                           "numerics.caustics_capped of caustics_found in the statistics"}});
+                           "probability estimates that hit this trial cap make caustics too dark; "
+                           "count: numerics.caustics_capped of caustics_found in the statistics"}});
     }
     if (world.geometry.tessellated_quadrics() > 0) {
-        ledger.push_back({{"approximation", "tessellated-gprims"},
-                          {"value", world.geometry.tessellated_quadrics()},
-                          {"kind", "bias"},
-                          {"effect",
-                           "spheres, cylinders, cones and capsules that emit light or are very "
-                           "uneven are triangles with smooth normals: silhouettes; not measured"}});
+        ledger.push_back(
+            {{"approximation", "tessellated-gprims"},
+             {"value", world.geometry.tessellated_quadrics()},
+             {"kind", "bias"},
+             {"effect",
+              "spheres, cylinders, cones and capsules that are emissive or strongly non-uniform "
+              "are tessellated with smooth normals: silhouettes differ; not measured"}});
     }
     return ledger;
 }

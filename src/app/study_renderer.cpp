@@ -226,9 +226,9 @@ Result<std::shared_ptr<const StudyRenderer::Prepared>> StudyRenderer::prepare(
     const integrator::World& world = *p->place->world;
     if (const size_t unread = unread_textures(world);
         unread > 0 && job_.arguments.texture_failure == "error")
-        return Error{"texture-failure", fmt::format("pictures of {} textures cannot be read and "
-                                                    "--texture-failure error: nothing is studied",
-                                                    unread)};
+        return Error{
+            "texture-failure",
+            fmt::format("{} unreadable textures; --texture-failure error studies nothing", unread)};
     const std::atomic<bool>* stop = &StopSignals::stop_flag();
 
     const double start = cpu_seconds();

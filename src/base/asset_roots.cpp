@@ -114,13 +114,14 @@ void set_asset_roots(AssetRoots roots) {
 
 Result<void> check_asset_name(std::string_view name) {
     if (name.find('\0') != std::string_view::npos)
-        return Error{"asset-name", "the name holds a zero byte, which no file name can"};
+        return Error{"asset-name", "the name contains a zero byte"};
     if (name.size() >= PATH_MAX)
         return Error{"asset-name", fmt::format("the name has {} bytes, expected at most {}",
                                                name.size(), PATH_MAX - 1)};
     if (const std::string_view scheme = url_scheme(name); !scheme.empty())
-        return Error{"asset-name",
-                     fmt::format("found a URL ({}:), expected a file: nothing is fetched", scheme)};
+        return Error{
+            "asset-name",
+            fmt::format("found a URL ({}:), expected a file; URLs are not fetched", scheme)};
     if (name.starts_with("//") || name.starts_with("\\\\"))
         return Error{"asset-name", "found the name of a network share, expected a file"};
     return {};
@@ -155,9 +156,8 @@ Result<AssetRoots::Place> AssetRoots::place_of(const std::string& file) const {
     }
     const bool is_same = fs::path(file).lexically_normal() == real;
     return Error{"asset-outside-roots",
-                 fmt::format("\"{}\" {}lies neither beneath the scene's folder nor beneath an "
-                             "--asset-root",
-                             file, is_same ? "" : fmt::format("is \"{}\", which ", real.string()))};
+                 fmt::format("\"{}\" {}is not below the scene's folder or an --asset-root", file,
+                             is_same ? "" : fmt::format("is \"{}\", which ", real.string()))};
 }
 
 Result<FileDescriptor> AssetRoots::open(const std::string& file) const {

@@ -165,9 +165,11 @@ Result<void> write_atomically(const std::string& path,
     if (!done) return with_path(done.error(), temporary, path);
     if (const Result<void> flushed = flush_to_disk(folder.string(), O_RDONLY | O_DIRECTORY);
         !flushed)
-        return Error{"io-flush",
-                     fmt::format("{} is written, but may be lost when the system stops: {}", path,
-                                 flushed.error().message)};
+        return Error{
+            "io-flush",
+            fmt::format(
+                "{} is written, but not flushed to disk, and can be lost if the system stops: {}",
+                path, flushed.error().message)};
     return {};
 }
 

@@ -174,8 +174,7 @@ std::string Diagnostics::format(const Diagnostic& d) const {
         out += ": ";
     }
     out += fmt::format("{}: {} [{}]", severity_word(d.severity), printable(d.message), d.code);
-    if (!d.prim_path.empty())
-        out += fmt::format("\n  note: while working on <{}>", printable(d.prim_path));
+    if (!d.prim_path.empty()) out += fmt::format("\n  note: at <{}>", printable(d.prim_path));
     for (const std::string& n : d.notes) out += "\n  note: " + printable(n);
     return out;
 }

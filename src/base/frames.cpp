@@ -210,7 +210,7 @@ std::optional<double> frame_number(std::string_view text) {
 
 Error frames_error(std::string_view text) {
     return {"bad-frames",
-            fmt::format("cannot read frames \"{}\": expected a list such as 1-10x2,15", text)};
+            fmt::format("invalid frames \"{}\"; expected a list such as 1-10x2,15", text)};
 }
 
 }  // namespace
@@ -252,10 +252,9 @@ Result<std::vector<int>> parse_whole_frames(std::string_view text) {
     std::set<int> whole;
     for (const double frame : *frames) {
         if (frame != std::floor(frame) || std::abs(frame) > largest_frame)
-            return Error{
-                "bad-frames",
-                fmt::format("cannot read frames \"{}\": expected whole numbers up to {:.0f}", text,
-                            largest_frame)};
+            return Error{"bad-frames",
+                         fmt::format("invalid frames \"{}\"; expected whole numbers up to {:.0f}",
+                                     text, largest_frame)};
         whole.insert(int(frame));
     }
     return std::vector<int>(whole.begin(), whole.end());

@@ -62,10 +62,11 @@ Result<void> check_output(const std::string& path) {
     if (input == inputs().end()) return {};
     const std::string same =
         input->second == path ? "an input" : fmt::format("the input {}", input->second);
-    return Error{"overwrites-input",
-                 fmt::format("{} is {} and would be lost: choose another name, or give "
-                             "--overwrite-input",
-                             path, same)};
+    return Error{
+        "overwrites-input",
+        fmt::format(
+            "{} is {} and would be overwritten; choose another name, or use --overwrite-input",
+            path, same)};
 }
 
 }  // namespace velatura

@@ -138,8 +138,9 @@ Result<std::string> run_isolated(const IsolationLimits& limits,
         return Error{"isolated-timeout",
                      fmt::format("reading took more than {} s", limits.cpu_seconds)};
     return Error{"isolated-crashed",
-                 WIFSIGNALED(status) ? fmt::format("reading ended with signal {}", WTERMSIG(status))
-                                     : std::string("reading ran out of memory")};
+                 WIFSIGNALED(status)
+                     ? fmt::format("the decoder process was ended by signal {}", WTERMSIG(status))
+                     : std::string("the decoder process ran out of memory")};
 }
 
 }  // namespace velatura

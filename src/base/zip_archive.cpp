@@ -99,7 +99,7 @@ Result<void> ZipArchive::read_directory() {
         const size_t name_size = u16(bytes, at + 28);
         const size_t tail = name_size + u16(bytes, at + 30) + u16(bytes, at + 32);
         if (tail > directory_end - at - central_size) {
-            return malformed(fmt::format("entry {} of the central directory is cut off", i + 1));
+            return malformed(fmt::format("entry {} of the central directory is truncated", i + 1));
         }
         ZipMember member;
         member.name = bytes.substr(at + central_size, name_size);

@@ -33,9 +33,10 @@ class Parser {
 
     Result<PathPattern> parse() {
         if (text_.size() > longest_expression)
-            return Error{"lpe",
-                         fmt::format("light path expression of {} characters: at most {} are read",
-                                     text_.size(), longest_expression)};
+            return Error{
+                "lpe",
+                fmt::format("light path expression of {} characters exceeds the maximum of {}",
+                            text_.size(), longest_expression)};
         PathPattern pattern = choice(0);
         if (!is_at_end()) fail(fmt::format("unexpected {}", token()));
         if (error_) return *error_;
@@ -123,7 +124,7 @@ class Parser {
             return part;
         }
         if (std::string_view("*+{?").find(peek()) != std::string_view::npos && peek() != '\0')
-            fail(fmt::format("{} repeats what is repeated: put it into ( )", token()));
+            fail(fmt::format("{} repeats a repetition; put it in ( )", token()));
         all.parts.push_back(std::move(part));
         return all;
     }
@@ -177,7 +178,7 @@ class Parser {
         if (peek() != '\'') slot([this] { return letter(types, ""); });
         if (peek() != '\'') slot([this] { return letter("", scatterings); });
         slot([this] { return peek() == '\'' ? label() : letter("", ""); });
-        expect('>', "to close the event, which has a type, a scattering and one label");
+        expect('>', "to close the event, which has a type, a scattering letter and one label");
         return all;
     }
 
@@ -200,7 +201,7 @@ class Parser {
     }
 
     std::string fault_of(char c, std::string_view some_types, std::string_view some_scatterings) {
-        if (c == 's') return "s never happens: what light goes straight through is no event here";
+        if (c == 's') return "s matches nothing: straight transmission is not an event here";
         if (c == '<') return "groups within < > are not supported";
         if (c == 'A') return "A (albedo) is not supported: the layer `albedo` has it";
         std::string expected =
@@ -223,7 +224,7 @@ class Parser {
         at_ = end + 1;
         SymbolSet all = symbols_.of_label(word);
         if (word == "env" || std::find(all.begin(), all.end(), true) != all.end()) return all;
-        fail_at(begin, fmt::format("there is no light group and no lobe '{}'{}", word,
+        fail_at(begin, fmt::format("unknown light group or lobe '{}'{}", word,
                                    did_you_mean(word, symbols_.labels())));
         return symbols_.none();
     }

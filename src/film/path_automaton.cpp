@@ -113,8 +113,8 @@ class AutomatonBuilder {
         size_t work = 0;
         for (size_t at = 0; at < subsets_.size(); ++at) {
             if (subsets_.size() > PathAutomaton::most_states)
-                return Error{"lpe", fmt::format("light path expressions: together they tell more "
-                                                "than {} kinds of paths apart",
+                return Error{"lpe", fmt::format("light path expressions: together they need more "
+                                                "than {} states; use fewer or simpler ones",
                                                 PathAutomaton::most_states)};
             work += subsets_[at].size();
             if (work > most_work) return Error{"lpe", "light path expressions: too long"};
@@ -265,12 +265,11 @@ std::optional<Error> fault_of(const accumulate::PathLayer& layer,
     if (alone->start() == PathAutomaton::dead)
         return about(
             layer,
-            "no path can match it: it begins with C, and ends with L, O, B or a light group");
+            "no path can match it; it must start with C and end with L, O, B or a light group");
     if (layer.light != accumulate::PathLayer::Light::Arriving &&
         !is_of_first_scattering(*alone, groups))
-        return about(layer,
-                     "what light would be without shadows is known after one scattering alone: "
-                     "write C, one event and a light");
+        return about(
+            layer, "unoccluded light exists for direct light only; write C, one event and a light");
     return std::nullopt;
 }
 
@@ -280,8 +279,9 @@ Result<PathAutomaton> PathAutomaton::make(const std::vector<accumulate::PathLaye
                                           bool is_strict,
                                           const std::vector<accumulate::LightGroup>& groups) {
     if (layers.size() > most_layers)
-        return Error{"lpe", fmt::format("{} layers by light path expressions: at most {} are made",
-                                        layers.size(), most_layers)};
+        return Error{"lpe",
+                     fmt::format("{} layers of light path expressions exceed the maximum of {}",
+                                 layers.size(), most_layers)};
     const PathSymbols symbols(groups);
     std::vector<PathPattern> patterns;
     for (const accumulate::PathLayer& layer : layers) {

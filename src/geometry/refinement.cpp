@@ -162,8 +162,8 @@ void choose_rates(std::vector<Job>& jobs,
     const std::string instead = level ? fmt::format("level {} is used", *level)
                                       : fmt::format("{:.2f} pixels per edge are used", rate);
     diagnostics.warn("dicing-limit", {}, {},
-                     fmt::format("subdivided surfaces would be about {} million triangles, the "
-                                 "limit is {}: {} instead; --dicing-limit raises it",
+                     fmt::format("subdivision surfaces need about {} million triangles, above the "
+                                 "limit of {}; {} instead; raise --dicing-limit",
                                  wanted / 1'000'000, options.most_triangles / 1'000'000, instead));
 }
 
@@ -221,11 +221,11 @@ void report(const scene::Scene& scene,
         const bool is_polygons = !job.is_refined || !job.error.empty();
         if (!job.error.empty())
             diagnostics.warn("subdivision", where.loc, where.prim_path,
-                             fmt::format("{}: the mesh is rendered as its polygons", job.error));
+                             fmt::format("{}; the mesh is rendered unsubdivided", job.error));
         if (job.is_displaced && is_polygons)
             diagnostics.warn("displacement", where.loc, where.prim_path,
-                             fmt::format("displacement moves the {} points of the mesh and nothing "
-                                         "between: subdivision would make it finer",
+                             fmt::format("displacement moves only the {} points of the mesh; "
+                                         "subdivide the mesh for finer displacement",
                                          job.mesh->points.size()));
     }
 }

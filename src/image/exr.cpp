@@ -217,7 +217,7 @@ Result<ExrReader> ExrReader::open(const std::string& path, Chunks chunks) {
             }
             impl->header.parts.push_back(std::move(part));
         }
-        if (impl->places.empty()) return error("it holds deep data only, which are not read");
+        if (impl->places.empty()) return error("it has deep data only, which are not supported");
     } catch (const std::exception& e) {
         throw_if_memory(e);
         return error(e.what());

@@ -65,7 +65,7 @@ Result<FileColor> asked_color(const std::string& input_space) {
 Result<bool> take_id(FileColor& color, const std::string& id) {
     if (id.empty() || id == "unknown") return false;
     if (id == "data") {
-        color.warnings.emplace_back("colorInteropID says data, which are no colors");
+        color.warnings.emplace_back("colorInteropID says data, not colors");
         return false;
     }
     if (const KnownSpace* known = known_space(id)) {
@@ -89,7 +89,7 @@ bool take_primaries(FileColor& color, const Chromaticities& primaries) {
     color.reason = "chromaticities";
     color.label = fmt::format("primaries {:.4g}", fmt::join(primaries, " "));
     if (!color.aces_from_file)
-        color.warnings.push_back(fmt::format("chromaticities {:.4g} are no primaries of colors",
+        color.warnings.push_back(fmt::format("chromaticities {:.4g} are not valid primaries",
                                              fmt::join(primaries, " ")));
     return color.aces_from_file.has_value();
 }
@@ -97,14 +97,14 @@ bool take_primaries(FileColor& color, const Chromaticities& primaries) {
 Result<void> take_default(FileColor& color) {
     const auto used = used_config();
     if (!used) return used.error();
-    color.reason = "nothing said";
+    color.reason = "no color space in the header";
     if (used->is_built_in) {
-        take_known(color, linear_rec709(), "nothing said");
-    } else if (!take_space(color, *used, ocio::ROLE_SCENE_LINEAR, "nothing said")) {
+        take_known(color, linear_rec709(), "no color space in the header");
+    } else if (!take_space(color, *used, ocio::ROLE_SCENE_LINEAR, "no color space in the header")) {
         color.label = "scene_linear, which the OpenColorIO config does not have";
     }
     color.warnings.push_back(
-        fmt::format("the file does not say its color space; taken as {}{}; --input-space says it",
+        fmt::format("the file has no color space; read as {}{}; set it with --input-space",
                     color.label, used->is_built_in ? "" : " (scene_linear of $OCIO)"));
     return {};
 }

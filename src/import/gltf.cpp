@@ -95,7 +95,7 @@ void report_extensions(const json& file, Diagnostics& diagnostics, SourceLoc loc
         if (is_in(imported_extensions, name)) continue;
         diagnostics.error("import-extension", loc, "",
                           fmt::format("found glTF extension {} to be required, which is not "
-                                      "imported: what comes out is not what the file means",
+                                      "imported: the result differs from the file's intent",
                                       name));
     }
     for (const std::string& name : names_in(file, "extensionsUsed")) {
@@ -177,11 +177,11 @@ std::optional<std::string> prepare_gltf(const std::string& bytes,
                                         SourceLoc loc) {
     const auto unchecked = [&](const char* why) {
         diagnostics.warn("import-extension", loc, "",
-                         fmt::format("the extensions of the file are not checked: {}", why));
+                         fmt::format("glTF extensions of the file are not checked: {}", why));
         return std::nullopt;
     };
     const std::optional<JsonPart> part = find_json(bytes);
-    if (!part) return unchecked("it is no .glb file of version 2");
+    if (!part) return unchecked("it is not a .glb file of version 2");
     std::string_view text = std::string_view(bytes).substr(part->begin, part->size);
     // Chunks are padded with spaces; some exporters take zeros
     while (!text.empty() && text.back() == '\0') text.remove_suffix(1);

@@ -215,15 +215,15 @@ std::string Widener::widen(size_t index) {
     const auto stride = natural(*view, "byteStride", n * component.size);
     const auto source = natural(*view, "buffer", {});
     const std::string* bytes = source ? buffer(*source) : nullptr;
-    if (bytes == nullptr || !view_start || !view_size || !stride) return "its bytes are not there";
+    if (bytes == nullptr || !view_start || !view_size || !stride) return "its bytes are missing";
     if (*view_start > bytes->size() || *view_size > bytes->size() - *view_start)
-        return "its view ends after its buffer";
+        return "its view ends beyond its buffer";
     // The last element may end before its stride does
     const size_t size = n * component.size;
     const bool fits =
         *count == 0 || (*start <= *view_size && size <= *view_size - *start && *stride > 0 &&
                         *count - 1 <= (*view_size - *start - size) / *stride);
-    if (!fits) return "it ends after its view";
+    if (!fits) return "it ends beyond its view";
     const auto is_normalized = accessor.find("normalized");
     const bool normalized = is_normalized != accessor.end() && *is_normalized == json(true);
     const size_t at = floats_.size();

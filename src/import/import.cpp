@@ -169,7 +169,7 @@ Result<const aiScene*> read_scene(Assimp::Importer& importer,
     if (scene == nullptr || scene->mRootNode == nullptr) {
         const std::string reason = importer.GetErrorString();
         return Error{"import-read", fmt::format("{} cannot be read: {}", file.string(),
-                                                reason.empty() ? "it holds no scene" : reason)};
+                                                reason.empty() ? "it contains no scene" : reason)};
     }
     return scene;
 }
@@ -248,7 +248,7 @@ void author_node(Context& ctx,
     if (depth >= max_depth) {
         if (node.mNumChildren > 0)
             ctx.warn("import-depth",
-                     fmt::format("nodes nested deeper than {} are left out", max_depth),
+                     fmt::format("nodes nested deeper than {} are skipped", max_depth),
                      prim.to_string());
         return;
     }
@@ -301,7 +301,7 @@ Orientation orientation(Context& ctx) {
         scene.mMetaData->Get("UnitScaleFactor", centimeters);
     }
     if (axis == 0 || sign < 0)
-        ctx.warn("import-up-axis", "the up axis is neither +Y nor +Z, +Y is written");
+        ctx.warn("import-up-axis", "the up axis is neither +Y nor +Z; +Y is written");
     else if (axis == 2)
         out.up_axis = "Z";
     out.meters_per_unit = 0.01 * double(centimeters > 0 ? centimeters : 1.0f);
@@ -323,7 +323,7 @@ void author_stage(Context& ctx) {
     ctx.author.stage_metadata("metersPerUnit", Value(stage.meters_per_unit));
     if (ctx.format == Format::Obj || ctx.format == Format::Ply)
         ctx.diagnostics.note("import-units", ctx.loc, "",
-                             "the format has no units and no up axis: metres and +Y are written");
+                             "the format has no units and no up axis; meters and +Y are written");
     Path prototypes;
     for (unsigned i = 0; i < scene.mNumMeshes; ++i)
         if (ctx.uses[i] > 1) author_prototype(ctx, prototypes, i);
@@ -422,10 +422,10 @@ Result<ImportSummary> import_file(const std::string& file,
                      fmt::format("{} is not a .dae, .obj, .gltf, .glb, .ply or .fbx file", file)};
     std::error_code error;
     if (!fs::is_regular_file(file, error))
-        return Error{"import-read", fmt::format("{} is not there or is no file", file)};
+        return Error{"import-read", fmt::format("{} not found, or not a file", file)};
     const fs::path folder = fs::absolute(output).parent_path();
     if (!fs::is_directory(folder, error))
-        return Error{"io-write", fmt::format("folder {} is not there", folder.string())};
+        return Error{"io-write", fmt::format("folder {} not found", folder.string())};
     if (format == Format::Ply) {
         const Result<void> header = check_ply_header(file);
         if (!header) return header.error();
@@ -452,7 +452,7 @@ Result<ImportSummary> import_file(const std::string& file,
     const ImportSummary summary{numbers[0], numbers[1], numbers[2],
                                 numbers[3], numbers[4], numbers[5]};
     if (summary.meshes == 0 && summary.lights == 0 && summary.cameras == 0)
-        return Error{"import-empty", fmt::format("{} holds nothing to show", file)};
+        return Error{"import-empty", fmt::format("{} contains nothing to render", file)};
     const Result<void> written = write_outcome(outcome, output);
     if (!written) return written.error();
     return summary;

@@ -146,7 +146,7 @@ void author_light(Context& ctx, Path parent, const aiLight& light, const Mat4d& 
     const char* type = light_type(light);
     if (type == nullptr) {
         ctx.warn("import-light",
-                 fmt::format("light \"{}\" is of a kind that Assimp does not know, it is left out",
+                 fmt::format("light \"{}\" has a type unknown to Assimp; it is skipped",
                              light.mName.C_Str()),
                  parent.to_string());
         return;
@@ -196,13 +196,13 @@ void author_camera(Context& ctx, Path parent, const aiCamera& camera) {
         height = camera.mAspect > 0 ? width / double(camera.mAspect) : width;
     } else {
         if (ctx.format == Format::Fbx)
-            ctx.diagnostics.note("import-projection", ctx.loc, prim.to_string(),
-                                 "perspective is written: Assimp does not tell the projection of "
-                                 ".fbx cameras");
+            ctx.diagnostics.note(
+                "import-projection", ctx.loc, prim.to_string(),
+                "perspective is written: Assimp does not report the projection of .fbx cameras");
         const auto [fov, aspect] = field_of_view(ctx, camera);
         if (aspect > 0.0) height = width / aspect;
         if (is_made_up_angle(ctx, camera))
-            ctx.warn("import-camera", "the file gives no field of view, 50 mm are used",
+            ctx.warn("import-camera", "the file has no field of view; 50 mm is used",
                      prim.to_string());
         else if (fov > 0.0 && fov < pi_d)
             author.attribute(prim, "focalLength", "float",

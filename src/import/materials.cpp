@@ -313,7 +313,7 @@ bool has_shown_colors(Context& ctx, const aiMesh& mesh) {
     const aiMaterial& material = *ctx.scene.mMaterials[mesh.mMaterialIndex];
     if (material.GetTextureCount(aiTextureType_DIFFUSE) == 0) return true;
     ctx.warn("import-colors",
-             fmt::format("vertex colours do not multiply the texture of material \"{}\"",
+             fmt::format("vertex colors do not multiply the texture of material \"{}\"",
                          material.GetName().C_Str()));
     return false;
 }

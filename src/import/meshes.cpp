@@ -36,7 +36,7 @@ void author_faces(Context& ctx, Path prim, const aiMesh& mesh) {
     }
     if (left_out > 0)
         ctx.warn("import-points-lines",
-                 fmt::format("{} points or lines of a mesh are left out, only faces are imported",
+                 fmt::format("{} points or lines of a mesh are skipped; only faces are imported",
                              left_out),
                  prim.to_string());
     ctx.author.attribute(prim, "faceVertexCounts", "int[]", Value::array(std::move(counts)));
@@ -78,7 +78,7 @@ void author_colors(Context& ctx, Path prim, const aiMesh& mesh) {
         ctx.author.interpolated(prim, "primvars:displayOpacity", "float[]", "vertex",
                                 Value::array(std::move(opacities)));
     if (mesh.GetNumColorChannels() > 1)
-        ctx.warn("import-colors", "only the first set of vertex colours is imported",
+        ctx.warn("import-colors", "only the first set of vertex colors is imported",
                  prim.to_string());
 }
 

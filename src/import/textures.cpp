@@ -54,7 +54,7 @@ std::string write_embedded(Context& ctx, size_t index) {
     if (!ctx.embedded[index].empty()) return ctx.embedded[index];
     const aiTexture& texture = *ctx.scene.mTextures[index];
     if (texture.mHeight != 0 || texture.pcData == nullptr) {
-        ctx.warn("import-texture", "an embedded image without a file format is left out");
+        ctx.warn("import-texture", "an embedded image without a file format is skipped");
         return {};
     }
     const std::string_view bytes(reinterpret_cast<const char*>(texture.pcData), texture.mWidth);
@@ -87,14 +87,14 @@ std::string texture_asset(Context& ctx, const std::string& name, const std::stri
         if (!fs::exists(file, error)) continue;
         if (const auto opened = asset_roots().open(file.string()); !opened) {
             ctx.diagnostics.error(opened.error().code, ctx.loc, "",
-                                  fmt::format("texture \"{}\" of material \"{}\" is left out: {}",
+                                  fmt::format("texture \"{}\" of material \"{}\" is skipped: {}",
                                               name, material, opened.error().message));
             return {};
         }
         return anchored(file.lexically_normal(), ctx.output);
     }
     ctx.warn("import-texture",
-             fmt::format("texture \"{}\" of material \"{}\" is not there", name, material));
+             fmt::format("texture \"{}\" of material \"{}\" does not exist", name, material));
     return anchored((wanted.is_absolute() ? by_name : beside).lexically_normal(), ctx.output);
 }
 

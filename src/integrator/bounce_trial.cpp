@@ -104,7 +104,8 @@ std::string text_of(const BounceTrial& trial, int last_bounce) {
     for (size_t b = 0; b + 1 < trial.shares.size(); ++b)
         shares += fmt::format("b{} {:.2g} %, ", b, 100 * trial.shares[b]);
     return fmt::format(
-        "b0 to b{} are stored one by one, the rest in tail; shares of the light: {}tail {:.2g} %",
+        "b0 to b{} are stored as layers, later bounces in tail; shares of the light: {}tail {:.2g} "
+        "%",
         last_bounce, shares, 100 * trial.shares.back());
 }
 

@@ -48,13 +48,13 @@ void add_options(const PlanOptions& o, EffectPlan& plan) {
             is_on ? EffectState::On : EffectState::Absent, {}, std::move(why), is_on ? 1u : 0u};
     };
     set(Effect::Roulette, has_chances_to_end(o.estimator.roulette),
-        fmt::format("from {} scatterings on", o.estimator.roulette_start));
+        fmt::format("from bounce {} on", o.estimator.roulette_start));
     const bool is_tried = o.guiding == Guiding::Auto;
     set(Effect::Guiding, o.guiding != Guiding::Off,
-        is_tried ? "where trial paths say that it pays" : "--guiding on");
-    set(Effect::Splitting, o.splits, "where trial paths say that it pays");
+        is_tried ? "where trial paths predict a gain" : "--guiding on");
+    set(Effect::Splitting, o.splits, "where trial paths predict a gain");
     set(Effect::CausticSearch, o.caustics != Caustics::Path, "--caustics");
-    set(Effect::AdaptiveSampling, o.is_adaptive, "samples where the noise is");
+    set(Effect::AdaptiveSampling, o.is_adaptive, "more samples in noisy pixels");
     const film::LayerSet& l = o.layers;
     set(Effect::BounceLayers, l.bounce_layers,
         fmt::format("one by one up to b{}, and tail", l.last_bounce));
@@ -65,7 +65,7 @@ void add_options(const PlanOptions& o, EffectPlan& plan) {
     set(Effect::CasterLayers, l.caster_layers, fmt::format("{} casters", l.casters.size()));
     set(Effect::ClampLayers, l.has_clamp(), "--clamp-direct or --clamp-indirect");
     set(Effect::PathLayers, !l.path_layers.empty(),
-        fmt::format("{} layers by light path expressions", l.path_layers.size()));
+        fmt::format("{} layers of light path expressions", l.path_layers.size()));
     set(Effect::DataLayers, l.data_layers,
         "albedo N P Z st primId instanceId sampleCount variance");
     set(Effect::HalfImages, l.halves, "two of every light layer");
@@ -116,7 +116,7 @@ EffectPlan make_plan(const scene::Scene& scene, const PlanOptions& options) {
     if (plan.of(Effect::NestedBodies).state == EffectState::On &&
         plan.of(Effect::CausticSearch).state == EffectState::On)
         plan.entries[size_t(Effect::CausticSearch)].why +=
-            "; not by bodies, some of which have priorities";
+            "; not by solids, some of which have dielectric priorities";
     return plan;
 }
 

@@ -19,7 +19,7 @@ void find_quadrics(EffectFindings& found) {
         const auto* gprim = std::get_if<scene::Gprim>(&shape.geometry);
         using Kind = scene::Gprim::Kind;
         if (gprim && gprim->kind != Kind::Cube && gprim->kind != Kind::Plane)
-            found.on(found.prim_of(shape.provenance), "met as what it is, without triangles");
+            found.on(found.prim_of(shape.provenance), "intersected analytically");
     });
 }
 
@@ -27,7 +27,7 @@ template <class Geometry>
 void find_shapes(EffectFindings& found) {
     scene::for_each_shape(found.scene, [&](const scene::Shape& shape) {
         if (std::holds_alternative<Geometry>(shape.geometry))
-            found.on(found.prim_of(shape.provenance), "met as what they are, without triangles");
+            found.on(found.prim_of(shape.provenance), "intersected analytically");
     });
 }
 
@@ -35,7 +35,7 @@ void find_subdivision(EffectFindings& found) {
     scene::for_each_shape(found.scene, [&](const scene::Shape& shape) {
         const auto* mesh = std::get_if<scene::Mesh>(&shape.geometry);
         if (mesh && mesh->subdivision != scene::SubdivisionScheme::None)
-            found.on(found.prim_of(shape.provenance), "its polygons stand for a limit surface");
+            found.on(found.prim_of(shape.provenance), "its polygons approximate a limit surface");
     });
 }
 

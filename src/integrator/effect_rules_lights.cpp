@@ -62,7 +62,7 @@ void find_domes(EffectFindings& found) {
 void find_dome_maps(EffectFindings& found) {
     find_lights(
         found, [](const Light& l) { return is_dome(l) && !l.texture_file.empty(); },
-        "its picture is sampled by importance");
+        "its texture is importance-sampled");
 }
 
 void find_portals(EffectFindings& found) {
@@ -74,7 +74,7 @@ void find_portals(EffectFindings& found) {
 void find_light_textures(EffectFindings& found) {
     find_lights(
         found, [](const Light& l) { return l.kind == LightKind::Rect && !l.texture_file.empty(); },
-        "rect light with a picture");
+        "rect light with a texture");
 }
 
 template <class Change>
@@ -153,7 +153,7 @@ bool is_linked(const scene::Scene& scene, const scene::LightLinks& links) {
 }
 
 void find_links(EffectFindings& found) {
-    const std::string_view why = "shines on some things only, or some cast its shadows";
+    const std::string_view why = "has light or shadow links";
     find_lights(
         found, [&](const Light& l) { return is_linked(found.scene, l.links); }, why);
     for (const scene::MeshLight& l : found.scene.mesh_lights)

@@ -221,7 +221,7 @@ void find_diffuse_transmission(EffectFindings& found) {
     });
     for (const Material& m : found.scene.materials)
         if (!m.thin_walled && is_positive(m.diffuse_transmission))
-            found.zero(m.name, "is no thin wall");
+            found.zero(m.name, "is not a thin wall");
 }
 
 void find_absorption(EffectFindings& found) {
@@ -323,9 +323,9 @@ void find_hair(EffectFindings& found) {
         const Material& material = found.scene.materials[m];
         if (!material.hair) continue;
         if (is_used[m])
-            found.on(material.name, "scatters in the fibres that curves are");
+            found.on(material.name, "scatters in hair curves");
         else
-            found.zero(material.name, "is of no curve");
+            found.zero(material.name, "is on no curve");
     }
 }
 

@@ -110,7 +110,7 @@ void LightHits::add(const Path& path, float t_max, film::SampleRadiance& out) co
             Le *= path.interior.transmittance(world_.materials, hit.t - path.travelled);
         if (flight) Le *= flight->weight_at(hit.t - path.travelled);
         deposit_met(world_, path, world_.lights.group(hit.light), Le, multipliers,
-                    "light met by the path", out);
+                    "light hit by the path", out);
     };
     if (path.line_hit_count == Path::unknown_hits) {
         world_.lights.for_each_hit(path.straight_o, path.ray.d, end,
@@ -183,7 +183,7 @@ void LightHits::add_beyond(const Path& path,
                 OwnShadow(world_, *links, path.interior, cone, own_shadow_numbers(path), shares)
                     .visibility(ShadowSegment(from, light), *path.counts);
             deposit_met(world_, path, world_.lights.group(hit.light), Le * visible, multipliers,
-                        "light met, by its own shadows", out);
+                        "light hit, with its own shadow settings", out);
             deposit_taken(room, world_.lights.group(hit.light), Le, out);
         });
     for (const OwnShadowSurfaces& surfaces : world_.own_shadow_surfaces)
@@ -215,7 +215,7 @@ void LightHits::add_surfaces_beyond(const Path& path,
                     world_.materials.presence(point, width) * surface_hit_weight(path, point);
                 deposit_met(world_, path, emitted.group,
                             path.beta * emitted.Le * weight * shadow.visible(), emitted.multipliers,
-                            "surface met, by its own shadows", out);
+                            "surface hit, with its own shadow settings", out);
                 deposit_taken(shares, emitted.group, path.beta * emitted.Le * weight, out);
             }
         }

@@ -141,7 +141,7 @@ void PathTracer::follow_through(Path& path, film::SampleRadiance& out) const {
         std::optional<SubsurfaceExit> emerged;
         if (has_insides && world_.materials.has_subsurface(point.material) &&
             !scatter_below(context_, path, met, emerged)) {
-            end = "absorbed below the surface";
+            end = "absorbed in the subsurface";
             break;
         }
         const Vertex& vertex = has_insides && emerged ? emerged->vertex : met;

@@ -35,7 +35,7 @@ VolumeSegment::End VolumeSegment::cross(Path& path,
             path.sampler.stream(path.bounce, Purpose::VolumeDistance, path.pass_count), flight,
             path.counts->tracking);
         if (flight.is_capped) {
-            why = "met too much in a volume";
+            why = "reached the collision limit of a volume";
             return End::Ended;
         }
     } else {

@@ -39,7 +39,7 @@ std::unique_ptr<accel::Accelerator> make_accelerator(const scene::Scene& scene,
         Result<std::unique_ptr<accel::Accelerator>> built = options.accelerator->build(soup);
         if (built) return std::move(*built);
         diagnostics.error(built.error().code, {}, {},
-                          built.error().message + "; the own tree is used instead");
+                          built.error().message + "; the built-in BVH is used instead");
     }
     const accel::BvhQuality quality =
         options.bvh_quality
@@ -62,8 +62,8 @@ void warn_of_duplicates(const scene::Scene& scene,
                                  ? scene.provenance[provenance].prim_path
                                  : std::string();
     diagnostics.warn("duplicate-triangles", {}, prim,
-                     fmt::format("{} triangles lie exactly on others and are left out, this prim's "
-                                 "triangle {} the first of them",
+                     fmt::format("{} duplicate triangles, exactly on top of others, are skipped; "
+                                 "the first is triangle {} of this prim",
                                  duplicates.count, duplicates.triangle));
 }
 

@@ -80,7 +80,7 @@ Error unknown_name(const Cryptomatte& matte, const std::string& pattern) {
     // The last part of a path is what people remember
     std::string hint = did_you_mean(pattern, names);
     if (hint.empty()) hint = did_you_mean("*/" + pattern, leaves);
-    return {"matte-name", fmt::format("{} has nothing named \"{}\"{}", matte.layer, pattern, hint)};
+    return {"matte-name", fmt::format("{} has no name \"{}\"{}", matte.layer, pattern, hint)};
 }
 
 void read_strings(const image::Attributes& attributes,
@@ -220,14 +220,13 @@ Error no_ids(const image::Image& image, std::string_view layer) {
             if (c.name.starts_with(first) && c.type() != image::ChannelType::Float)
                 return {
                     "matte-layer",
-                    fmt::format("{} is stored as {}, which cannot hold the 32 bits of an id: "
-                                "write Cryptomattes as float",
+                    fmt::format("{} is stored as {}, which cannot hold a 32-bit ID; store "
+                                "Cryptomattes as float",
                                 c.name,
                                 c.type() == image::ChannelType::Half ? "half" : "whole numbers")};
         }
     }
-    return {"matte-layer",
-            fmt::format("there are no channels {}.R …, which the header promises", first)};
+    return {"matte-layer", fmt::format("channels {}.R … of the header are missing", first)};
 }
 
 Result<std::vector<float>> matte_coverage(const image::Image& image,

@@ -173,7 +173,7 @@ Result<void> write_deep_file(const std::string& path, const DeepImage& image) {
         const auto written = read_deep_file(temporary);
         if (!written || written->data != image.data || written->counts != image.counts ||
             written->samples != image.samples)
-            return Error{"verify-failed", fmt::format("{} was not written as meant", path)};
+            return Error{"verify-failed", fmt::format("{} differs from what was written", path)};
         return {};
     });
 }

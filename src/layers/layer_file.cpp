@@ -113,7 +113,8 @@ Result<void> verify_written(const std::string& temporary,
                             const std::string& path,
                             const image::Image& image) {
     const auto failed = [&path](const std::string& why) {
-        return Error{"verify-failed", fmt::format("{} was not written as meant: {}", path, why)};
+        return Error{"verify-failed",
+                     fmt::format("{} differs from what was written: {}", path, why)};
     };
     auto reader = image::ExrReader::open(temporary);
     if (!reader) return failed(reader.error().message);

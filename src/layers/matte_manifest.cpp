@@ -113,9 +113,10 @@ Manifest read_manifest(std::string_view text) {
         return manifest;
     }
     read_loosely(text, manifest);
-    manifest.fault = manifest.names.empty() ? std::string("it cannot be read")
-                                            : fmt::format("it is no JSON; {} names could be read",
-                                                          manifest.names.size());
+    manifest.fault =
+        manifest.names.empty()
+            ? std::string("it cannot be read")
+            : fmt::format("it is not valid JSON; {} names were read", manifest.names.size());
     return manifest;
 }
 

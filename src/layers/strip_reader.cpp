@@ -253,8 +253,8 @@ Result<void> StripReader::Impl::take_header(const std::string& path, const image
     const image::Window &own = header.display, &first = description.display;
     if (own == first && header.pixel_aspect_ratio == description.pixel_aspect_ratio) return {};
     return Error{"files-differ",
-                 fmt::format("{} is a picture of {}×{} at {},{} with pixel aspect {}, the first "
-                             "file one of {}×{} at {},{} with {}: they make no one mix",
+                 fmt::format("{} has {}×{} pixels at {},{} with pixel aspect {}, but the first "
+                             "file has {}×{} at {},{} with {}; files of one mix must match",
                              path, own.width(), own.height(), own.x0, own.y0,
                              header.pixel_aspect_ratio, first.width(), first.height(), first.x0,
                              first.y0, description.pixel_aspect_ratio)};

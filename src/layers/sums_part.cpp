@@ -185,7 +185,7 @@ std::string bookkeeping_digest(const image::Image& image) {
 Result<image::Part> sums_part(const accumulate::SampleSums& sums) {
     if (sums.final_end() != 0) {
         return Error{"sums-folded",
-                     "the film was told its last sample, so the sums cannot be stored for a merge"};
+                     "the film is finished, so its sums cannot be stored for a merge"};
     }
     const image::Window& w = sums.window();
     const size_t pixels = w.pixel_count();
@@ -274,7 +274,7 @@ bool are_sums_intact(const image::Image& image) {
 
 Result<std::vector<uint64_t>> stored_counts(const image::Image& image) {
     if (image.text(sums_attribute).empty())
-        return Error{"no-sums", "the file was written without sums"};
+        return Error{"no-sums", "the file is not resumable: it has no sums"};
     StoredRecords records;
     for (const image::Part& part : image.parts) {
         for (const image::Channel& c : part.channels) {
@@ -293,7 +293,7 @@ Result<std::vector<uint64_t>> stored_counts(const image::Image& image) {
 
 Result<accumulate::SampleSums> read_sums(const image::Image& image) {
     const std::string text = image.text(sums_attribute);
-    if (text.empty()) return Error{"no-sums", "the file was written without sums"};
+    if (text.empty()) return Error{"no-sums", "the file is not resumable: it has no sums"};
     const auto j = nlohmann::json::parse(text, nullptr, false);
     if (!j.is_object() || !j.contains("layerSet") || !are_sums_intact(image)) return damaged();
     auto set = accumulate::LayerSet::from_json(j["layerSet"].dump());

@@ -166,8 +166,8 @@ Result<void> write_top_up(const std::string& path, const TopUpRequest& request) 
     const bool has_room = std::all_of(request.present.begin(), request.present.end(),
                                       [](uint64_t n) { return double(n) <= most_samples; });
     if (!has_room || !(request.samples >= 0.0 && request.samples <= most_samples))
-        return Error{"bad-request", fmt::format("{}: {} samples per pixel are too many to ask for",
-                                                path, request.samples)};
+        return Error{"bad-request", fmt::format("{}: {} samples per pixel exceed the maximum", path,
+                                                request.samples)};
     image::Image map;
     map.data = map.display = request.window;
     image::Part part;
@@ -201,7 +201,7 @@ Result<TopUpRequest> read_top_up(const std::string& path) {
     if (is_json_too_deep(*text)) return bad("the request is nested too deeply");
     const auto j = nlohmann::ordered_json::parse(*text, nullptr, false);
     if (!j.is_object() || j.value("schema", nlohmann::ordered_json()) != schema)
-        return bad("not a request for samples, as velatura-comp request writes it");
+        return bad("not a request file of `velatura-comp request`");
     TopUpRequest request;
     fs::path name;
     try {

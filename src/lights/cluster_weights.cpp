@@ -129,7 +129,7 @@ HWY_EXPORT(evaluate);
 
 ClusterWeights::ClusterWeights(const ClusterTree& tree, std::span<const uint32_t> nodes)
     : size_(nodes.size()) {
-    VELATURA_CHECK(size_ <= capacity, "more clusters than there is room for");
+    VELATURA_CHECK(size_ <= capacity, "more clusters than allocated");
     if (nodes.empty()) return;
     const Box3d& box = tree.bounds().box;
     const auto largest = [](const Vec3d& v) {

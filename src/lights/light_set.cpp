@@ -75,7 +75,7 @@ class Preparation {
             if (portal)
                 portals.push_back(std::move(portal).value());
             else
-                warn(light, "light-portal", "portal without area is left out");
+                warn(light, "light-portal", "portal without area is skipped");
         }
         return portals.empty() ? std::move(dome)
                                : with_portals(std::move(dome), std::move(portals));
@@ -123,7 +123,7 @@ class Preparation {
             has_negative = true;
         }
         if (has_negative)
-            warn(light, "light-radiance", "negative radiance of the light is set to zero");
+            warn(light, "light-radiance", "negative radiance of the light is set to 0");
         return !is_black(light.Le);
     }
 
@@ -137,7 +137,7 @@ class Preparation {
         if (light.kind != LightKind::Dome || light.texture_file.empty()) return;
         if (!is_similarity(light.render_from_light))
             warn(light, "light-ignored",
-                 "scale and shear of the dome light are left out, only its rotation is used");
+                 "scale and shear of the dome light are ignored; only its rotation is used");
         if (light.dome_format != scene::DomeFormat::Automatic &&
             light.dome_format != scene::DomeFormat::LatLong)
             warn(light, "light-dome-format",
@@ -151,7 +151,7 @@ class Preparation {
         if (!takes_texture || light.texture_file.empty()) return false;
         Result<EnvironmentImage> loaded =
             load_ ? load_(light)
-                  : Result<EnvironmentImage>(Error{"light-texture", "no image reader is at hand"});
+                  : Result<EnvironmentImage>(Error{"light-texture", "no plugin reads images"});
         if (!loaded) {
             diagnostics_.error("light-texture", loc_of(light), light.name,
                                "light emits without its texture: " + loaded.error().message);
@@ -168,8 +168,7 @@ class Preparation {
         if (bad > 0)
             warn(light, "light-texture",
                  std::to_string(bad) +
-                     " texels of the texture are negative or not finite and count "
-                     "as black");
+                     " texels of the texture are negative or not finite; they are set to 0");
         return true;
     }
 
@@ -337,7 +336,7 @@ EmitterPoint LightSet::sample_point(uint32_t index,
                                     const Vec2& u,
                                     const std::optional<Vec3d>& facing) const {
     const std::optional<EmitterPoint> point = emitters_[index]->sample_point(u, facing);
-    VELATURA_CHECK(point.has_value(), "a light without points was asked for one");
+    VELATURA_CHECK(point.has_value(), "a light without points was sampled");
     return *point;
 }
 

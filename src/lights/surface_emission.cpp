@@ -46,7 +46,7 @@ void SurfaceEmission::warn_without_area(uint32_t light, Diagnostics& diagnostics
     SourceLoc loc;
     if (l.provenance < scene_.provenance.size()) loc = scene_.provenance[l.provenance].loc;
     diagnostics.warn("light-without-size", loc, l.name,
-                     "normalized light lights nothing where its geometry has no area");
+                     "normalized light emits nothing where its geometry has no area");
 }
 
 SurfaceEmission::Placed SurfaceEmission::place(uint32_t light,

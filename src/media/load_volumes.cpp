@@ -63,7 +63,7 @@ class Loader {
         if (!grid) {
             const scene::Provenance& where = provenance(scene_, field.provenance);
             diagnostics_.error(grid.error().code, where.loc, where.prim_path,
-                               fmt::format("@{}@: {}; the volume is left out", field.authored,
+                               fmt::format("@{}@: {}; the volume is skipped", field.authored,
                                            grid.error().message));
             return false;
         }
@@ -87,17 +87,17 @@ void add_surface(Scene& scene, const Volume& volume, Diagnostics& diagnostics) {
     for (const uint32_t other : {volume.emission, volume.temperature, volume.color}) {
         if (other == scene::none) continue;
         const scene::Provenance& where = provenance(scene, volume.provenance);
-        diagnostics.warn("volume-field", where.loc, where.prim_path,
-                         fmt::format("grid {} is a level set, a surface: the other fields of the "
-                                     "volume are not used",
-                                     scene.volume_fields[volume.density].grid));
+        diagnostics.warn(
+            "volume-field", where.loc, where.prim_path,
+            fmt::format("grid {} is a level set; the other fields of the volume are not used",
+                        scene.volume_fields[volume.density].grid));
         break;
     }
     const Mat4d map = grid->volume_from_lattice * volume.render_from_volume;
     if (!(std::abs(determinant3(map)) > 0.0)) {
         const scene::Provenance& where = provenance(scene, volume.provenance);
         diagnostics.warn("bad-transform", where.loc, where.prim_path,
-                         "transform of the grid flattens the level set, it is left out");
+                         "transform of the grid flattens the level set; it is skipped");
         return;
     }
     scene::Shape shape = volume.surface;
@@ -143,9 +143,9 @@ void drop_volumes(Scene& scene, const Error& why, Diagnostics& diagnostics) {
             const scene::Provenance& where = provenance(scene, v.provenance);
             diagnostics.error(
                 why.code, where.loc, where.prim_path,
-                fmt::format("{}: volumes are left out (the first is named here)", why.message));
+                fmt::format("{}: volumes are skipped (the first is named here)", why.message));
         }
-        note_lost(scene, v, "nothing reads its grids");
+        note_lost(scene, v, "no plugin reads its grids");
         return true;
     });
 }

@@ -75,7 +75,7 @@ const PluginInfo* load(const Manifest& manifest, Diagnostics& diagnostics) {
     };
     std::error_code ignored;
     if (!fs::is_regular_file(file, ignored))
-        return fail(fmt::format("plugin {}: there is no shared object {}", manifest.name, file));
+        return fail(fmt::format("plugin {}: shared object {} not found", manifest.name, file));
     // A name with a folder, so that the linker's own search path has no say
     const std::string path = fs::absolute(file).string();
     void* const handle = open_library(path, manifest.memory_bytes);
@@ -97,7 +97,7 @@ const PluginInfo* load(const Manifest& manifest, Diagnostics& diagnostics) {
         return nullptr;
     }
     if (!info->name || info->name != manifest.name)
-        return fail(fmt::format("plugin {}: {} says that it is \"{}\"", manifest.name, file,
+        return fail(fmt::format("plugin {}: {} names itself \"{}\"", manifest.name, file,
                                 info->name ? info->name : ""));
     return info;
 }
@@ -138,7 +138,7 @@ void Registry::read_folder(const PluginFolder& folder, Diagnostics& diagnostics)
     if (!fs::is_directory(folder.path, ignored)) {
         if (folder.is_required) {
             diagnostics.warn("plugin-path", {}, {},
-                             fmt::format("VELATURA_PLUGIN_PATH: {} is no folder", folder.path));
+                             fmt::format("VELATURA_PLUGIN_PATH: {} is not a folder", folder.path));
         }
         return;
     }
@@ -157,7 +157,7 @@ void Registry::read_folder(const PluginFolder& folder, Diagnostics& diagnostics)
             manifests_.push_back(std::move(*manifest));
         } else {
             diagnostics.note("plugin-path", manifest->loc, {},
-                             fmt::format("plugin {} is taken from {}", same->name, same->folder));
+                             fmt::format("plugin {} is loaded from {}", same->name, same->folder));
         }
     }
 }
@@ -190,7 +190,7 @@ const void* open_interface(const Manifest& manifest,
         return refuse(fmt::format("plugin {}: expected version {} of {}, found {}", manifest.name,
                                   version, interface_name, entry.version));
     }
-    return refuse(fmt::format("plugin {}: does not fill {}, which its manifest promises",
+    return refuse(fmt::format("plugin {}: does not provide {}, which its manifest lists",
                               manifest.name, interface_name));
 }
 
@@ -204,7 +204,7 @@ Result<const void*> open_needed(const Need& need) {
         const Diagnostic why = diagnostics.all().back();
         return note_unavailable(need, {why.code, why.message});
     }
-    std::string message = fmt::format("the plugin {} is missing: nothing brings {} in {}",
+    std::string message = fmt::format("plugin {} is missing: no plugin provides {} in {}",
                                       need.usual_plugin, need.interface_name, registry.searched());
     // A folder that is not there or a manifest that is broken may be the reason
     for (const Diagnostic& d : diagnostics.all()) {

@@ -37,7 +37,7 @@ std::optional<const accel::AcceleratorFactory*> find_accelerator(const std::stri
     if (!manifest) {
         diagnostics.error(
             "plugin-missing", {}, {},
-            fmt::format("--accel {}: no plugin brings it: expected one of {}; looked in {}", name,
+            fmt::format("--accel {}: no plugin provides it; expected one of {}; searched {}", name,
                         known_names(registry), registry.searched()));
         return std::nullopt;
     }

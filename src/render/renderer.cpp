@@ -103,7 +103,7 @@ void Renderer::set_camera(const scene::Camera& camera) {
 }
 
 void Renderer::set_size(int width, int height, const std::optional<film::Window>& window) {
-    VELATURA_CHECK(width >= 1 && height >= 1, "a picture has at least one pixel");
+    VELATURA_CHECK(width >= 1 && height >= 1, "an image has at least one pixel");
     scene::Scene& scene = edit();
     scene.settings.width = width;
     scene.settings.height = height;

@@ -25,10 +25,10 @@ const geometry::Subdivider* find_subdivider(const scene::Scene& scene, Diagnosti
     const scene::Provenance where = first->provenance < scene.provenance.size()
                                         ? scene.provenance[first->provenance]
                                         : scene::Provenance();
-    diagnostics.warn("subdivision", where.loc, where.prim_path,
-                     fmt::format("{}: meshes with a subdivision scheme are rendered as their "
-                                 "polygons (the first is named here)",
-                                 object.error().message));
+    diagnostics.warn(
+        "subdivision", where.loc, where.prim_path,
+        fmt::format("{}: subdivision meshes are rendered unsubdivided (the first is named here)",
+                    object.error().message));
     return nullptr;
 }
 

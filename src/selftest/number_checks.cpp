@@ -160,7 +160,7 @@ Finding scattering(uint64_t amount) {
         worst = larger(worst, std::abs(mean.mean() - double(g)));
         detectable = std::max(detectable, mean.detectable());
     }
-    return {"mean cosine of smoke, less what it is said to be", worst, 0.011, detectable};
+    return {"mean cosine of smoke, minus its parameter", worst, 0.011, detectable};
 }
 
 Finding mis_weights(uint64_t) {

@@ -172,8 +172,8 @@ Finding scaled_picture(uint64_t amount) {
     for (const int k : {-20, -7, 10, 20})
         different +=
             count_different(light_bits_of(render(room(std::ldexp(1.0, k)), options)), unscaled);
-    return {"pictures of a room scaled by 2^-20, 2^-7, 2^10 and 2^20 that differ in a bit",
-            different, 0};
+    return {"images of a room scaled by 2^-20, 2^-7, 2^10 and 2^20 that differ in a bit", different,
+            0};
 }
 
 Finding sphere_lamps(uint64_t amount) {
@@ -255,7 +255,7 @@ Finding layers(uint64_t amount) {
             }
         }
     }
-    return {"values of a picture that the sum of its layers is not", double(different), 0};
+    return {"values of the beauty that differ from the sum of its layers", double(different), 0};
 }
 
 Finding threads(uint64_t amount) {
@@ -268,8 +268,8 @@ Finding threads(uint64_t amount) {
     double different = 0;
     for (const auto& [count, tile] : {std::pair{2, 8}, {3, 33}, {7, 16}, {0, 64}})
         different += count_different(picture(count, tile), alone);
-    return {"pictures by 2, 3, 7 and all threads, tiles of 8 to 64, that differ in a bit",
-            different, 0};
+    return {"images by 2, 3, 7 and all threads, tiles of 8 to 64, that differ in a bit", different,
+            0};
 }
 
 }  // namespace velatura::selftest

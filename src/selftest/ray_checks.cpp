@@ -177,7 +177,7 @@ Finding self_hits(uint64_t amount) {
         }
     }
     return {fmt::format("of {} rays that leave triangles of all sizes far from the origin, those "
-                        "that meet them again",
+                        "that hit them again",
                         rays),
             double(again), 0};
 }

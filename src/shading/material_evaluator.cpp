@@ -204,8 +204,8 @@ void MaterialEvaluator::set_transport(const scene::Material& m,
     if (!f.bounds_body || m.matter || !(m.transmission_depth > 0.0f)) return;
     if (!is_constant(m.transmission_color)) {
         diagnostics.warn("absorption", provenance_of(scene_, m).loc, m.name,
-                         "inputs:velatura:transmissionColor cannot vary inside a body "
-                         "(inputs:velatura:transmissionDepth is above 0), its fallback is used");
+                         "inputs:velatura:transmissionColor cannot vary inside a solid "
+                         "(inputs:velatura:transmissionDepth is above 0); its fallback is used");
     }
 }
 
@@ -220,8 +220,8 @@ void MaterialEvaluator::set_priorities(Diagnostics& diagnostics) {
         flags_[i].index = valid_ior(m.ior.value.x);
         if (!is_constant(m.ior))
             diagnostics.warn("nested-bodies", provenance_of(scene_, m).loc, m.name,
-                             "inputs:ior varies, and bodies within this one or around it, which "
-                             "have priorities, take its fallback for it");
+                             "inputs:ior varies; solids inside or around this one that have "
+                             "dielectric priorities use its fallback");
     }
     for (size_t i = 0; i < scene_.materials.size(); ++i) {
         Flags& f = flags_[i];

@@ -42,9 +42,9 @@ struct TextureCache::State {
             ++*failures;
             diagnostics->error(
                 "texture-unreadable", loc, prim_path,
-                fmt::format("cannot read texture '{}': {}; using its fallback value ({:g}, {:g}, "
-                            "{:g}, {:g})",
-                            file, why, fallback[0], fallback[1], fallback[2], fallback[3]));
+                fmt::format(
+                    "cannot read texture '{}': {}; using its fallback ({:g}, {:g}, {:g}, {:g})",
+                    file, why, fallback[0], fallback[1], fallback[2], fallback[3]));
         }
     };
 
@@ -95,7 +95,7 @@ void TextureCache::State::open_tiles(Entry& entry, const scene::Texture& texture
     entry.is_udim = true;
     entry.tiles.resize(udim_count);
     bool is_any = false;
-    std::string problem = "none of the tiles 1001 to 1100 exists";
+    std::string problem = "none of the UDIM tiles 1001 to 1100 exists";
     for (int i = 0; i < udim_count; ++i) {
         const std::string path = udim_tile_name(texture.file, i);
         if (!asset_exists(path)) continue;
@@ -132,7 +132,7 @@ TextureCache::Handle TextureCache::open(const scene::Texture& texture,
     entry.failures = &state_->failures;
     if (texture.file.empty()) {
         // Without a name the fallback is what the scene asks for, and `translate` has said so
-        if (!texture.authored.empty()) entry.fail("the name leads to no file");
+        if (!texture.authored.empty()) entry.fail("file not found");
     } else if (is_udim_name(texture.file)) {
         state_->open_tiles(entry, texture);
     } else {

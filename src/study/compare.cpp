@@ -18,7 +18,7 @@ Result<json> parse(const std::string& text, const char* which) {
     json j = is_json_too_deep(text) ? json() : json::parse(text, nullptr, false);
     if (!j.is_object() || j.value("schema", json()) != "velatura.study/1")
         return Error{"study-json",
-                     fmt::format("the {} file is no report.json of velatura study", which)};
+                     fmt::format("the {} file is not a report.json of velatura study", which)};
     return j;
 }
 
@@ -54,14 +54,14 @@ std::string compare(const json& a, const json& b) {
                  ratio(a.at("bias"), b.at("bias")), "");
     const json &base_a = a.at("settings").at(0), &base_b = b.at("settings").at(0);
     const double ta = base_a.at("cpu_s"), tb = base_b.at("cpu_s");
-    text += line("CPU time of the picture", duration(ta), duration(tb), ratio(ta, tb),
-                 "on whatever machines");
-    text += "error at equal time, over that of the render as it is\n";
+    text +=
+        line("CPU time of the image", duration(ta), duration(tb), ratio(ta, tb), "on any machines");
+    text += "error at equal time, relative to the render\n";
     for (const json& s : a.at("settings")) {
         for (const json& t : b.at("settings")) {
             if (s.at("knob") != t.at("knob") || s.at("value") != t.at("value") ||
-                s.at("knob") == "" || s.at("verdict") == "not known yet" ||
-                t.at("verdict") == "not known yet")
+                s.at("knob") == "" || s.at("verdict") == "not estimated yet" ||
+                t.at("verdict") == "not estimated yet")
                 continue;
             const Estimate ea = estimate(s, "error_ratio_at_equal_time"),
                            eb = estimate(t, "error_ratio_at_equal_time");

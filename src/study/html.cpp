@@ -89,7 +89,7 @@ std::string total(const Report& r) {
     html += box("ERROR", percent(r.error), "relative, √relMSE");
     html += box("= NOISE", percent(r.noise.value),
                 fmt::format("95 %: {} to {}", percent(r.noise.low), percent(r.noise.high)));
-    html += box("+ BIAS", percent(r.bias), r.bias > 0 ? "by what is left out" : "none seen");
+    html += box("+ BIAS", percent(r.bias), r.bias > 0 ? "by omission" : "none seen");
     html += box("CPU TIME", duration(base.cpu_s),
                 fmt::format("and {} before the first sample", duration(base.setup_s)));
     if (base.slope.is_known)
@@ -127,8 +127,7 @@ std::string plots(const Report& r) {
     }
     return html.empty() ? html
                         : "<h2>Error against time</h2><div class=\"plots\">" + html +
-                              "</div><p class=\"soft small\">A mouse over a point says which "
-                              "setting it is.</p>";
+                              "</div><p class=\"soft small\">Hover a point to see its setting.</p>";
 }
 
 /// How far the mean of a setting is off that of its anchor.
@@ -136,7 +135,7 @@ std::string bias_text(const Report& r, const SettingResult& s) {
     const bool is_anchor = &s == &r.settings[s.setting.anchor];
     if (s.setting.knob.empty()) return percent(s.bias);
     if (is_anchor) return "exact";
-    if (s.difference.is_same_picture) return "same picture";
+    if (s.difference.is_same_picture) return "same image";
     return s.difference.is_seen ? percent(s.difference.bias)
                                 : "none seen, < " + percent(s.difference.bias_limit);
 }
@@ -172,16 +171,16 @@ std::string all_settings(const Report& r) {
 std::string notes(const Report& r) {
     return fmt::format(
         "<h2>How this was found</h2><p>{} rounds, each of one render of every setting with one "
-        "seed for all of them, of {} × {} pixels that lie one in each cell of a grid over the "
-        "picture. "
+        "seed for all of them, of {} × {} pixels, one in each cell of a grid over the "
+        "image. "
         "Noise is the spread of independent seeds. Bias is the difference from the exact setting "
-        "of the same seeds, less what noise adds to it. Intervals are 95 % and come from leaving "
-        "out groups of pixels and from the spread over rounds. "
-        "Times are CPU seconds of all threads, for the whole picture. <b>Error at equal time</b> "
-        "is the error that a setting leaves when it renders for as long as the render takes as it "
-        "is, over the error now: below 1 is better. "
+        "of the same seeds, minus the part that noise adds. Intervals are 95 %, from the "
+        "jackknife over groups of pixels and from the spread over rounds. "
+        "Times are CPU seconds of all threads, for the whole image. <b>Error at equal time</b> "
+        "is the error of a setting at the render time of the render, relative to the error of the "
+        "render: below 1 is better. "
         "A verdict needs 3.5 standard errors and 1.5 %. Errors are √relMSE: root of the mean of (x "
-        "− ref)² / (ref² + 0.01). Stored as half floats, the picture is off by {} more. The study "
+        "− ref)² / (ref² + 0.01). Half-float storage adds an error of {}. The study "
         "took {}.</p>",
         r.rounds, r.grid.width, r.grid.height, percent(r.half_error), duration(r.elapsed_s));
 }

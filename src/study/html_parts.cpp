@@ -46,8 +46,8 @@ std::string depth_table(const Report& r) {
         depth_before = depth;
     }
     return fmt::format(
-        "<figure><h3>By bounce</h3><table>{}<tbody>{}</tbody></table><figcaption>What renders take "
-        "less that cut paths there: max bounces, above.</figcaption></figure>",
+        "<figure><h3>By bounce</h3><table>{}<tbody>{}</tbody></table><figcaption>Time saved by "
+        "renders that terminate paths there (max bounces, above).</figcaption></figure>",
         header({"BOUNCE", "SHARE OF THE TIME"}), rows);
 }
 
@@ -64,8 +64,8 @@ std::string effect_table(const Report& r) {
     }
     if (rows.empty()) return {};
     return fmt::format(
-        "<figure><h3>By effect</h3><table>{}<tbody>{}</tbody></table><figcaption>What renders take "
-        "less that leave it out.</figcaption></figure>",
+        "<figure><h3>By effect</h3><table>{}<tbody>{}</tbody></table><figcaption>Time saved by "
+        "renders without it.</figcaption></figure>",
         header({"EFFECT", "SHARE OF THE TIME", "95 %"}), rows);
 }
 
@@ -113,8 +113,9 @@ std::string images_section(const Report& r) {
                             escaped(i.name), image_tag(i.name, i.width, i.height, i.rgb),
                             escaped(i.caption));
     if (html.empty()) return html;
-    return "<h2>In equal time</h2><p class=\"soft\">The noisiest part of the picture, rendered for "
-           "as long in each of the settings that the table has on top.</p><div class=\"plots\">" +
+    return "<h2>At equal render time</h2><p class=\"soft\">The noisiest part of the image, "
+           "rendered with each of the top settings of the table at equal render time.</p><div "
+           "class=\"plots\">" +
            html + "</div>";
 }
 
@@ -140,16 +141,16 @@ std::string layers_section(const Report& r) {
                ? html
                : "<h2>Where the light comes from, and where the noise</h2><div class=\"plots\">" +
                      html +
-                     "</div><p class=\"soft small\">Noises of parts make up for one another or add "
-                     "up: the shares need not come to 100 %. b0 is light seen directly, b1 light "
-                     "after one scattering.</p>";
+                     "</div><p class=\"soft small\">Noise of different parts can cancel or add: "
+                     "shares need not sum to 100 %. b0 is light seen directly, b1 light after one "
+                     "bounce.</p>";
 }
 
 std::string time_section(const Report& r) {
     const std::string html = depth_table(r) + effect_table(r);
     return html.empty()
                ? html
-               : "<h2>What the time is spent on</h2><div class=\"plots\">" + html + "</div>";
+               : "<h2>Where the render time goes</h2><div class=\"plots\">" + html + "</div>";
 }
 
 std::string maps_section(const Report& r) {
@@ -177,8 +178,8 @@ std::string files_section(const Report& r) {
                 cell(names[3], f.error > 0 ? percent(f.error) : "none") + "</tr>";
     return fmt::format(
         "<h2>The file</h2><table class=\"cards\">{}<tbody>{}</tbody></table><p class=\"soft "
-        "small\">Of the noisiest part of the picture with all of its layers, as large as the whole "
-        "picture would be; writing in CPU time, with the check of what was written.</p>",
+        "small\">Of the noisiest part of the image with all of its layers, scaled to the whole "
+        "image;  writing in CPU time, with the check of what was written.</p>",
         header(names), rows);
 }
 

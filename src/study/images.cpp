@@ -49,9 +49,8 @@ double elapsed_per_cpu_second(const Tallies& tallies) {
 
 std::string caption_of(const SettingResult& r, uint64_t spp) {
     if (r.setting.knob.empty()) return fmt::format("{} samples per pixel", spp);
-    return fmt::format(
-        "{} samples per pixel; error × {:.2f} [{:.2f}, {:.2f}] over the whole picture", spp,
-        r.equal_time.value, r.equal_time.low, r.equal_time.high);
+    return fmt::format("{} samples per pixel; error × {:.2f} [{:.2f}, {:.2f}] over the whole image",
+                       spp, r.equal_time.value, r.equal_time.low, r.equal_time.high);
 }
 
 }  // namespace

@@ -59,8 +59,7 @@ void add_maps(Report& report,
               const std::vector<Setting>& settings,
               const Tallies& tallies) {
     if (reference.means.size() != 3 * tallies.grid.pixels()) return;
-    StudyMap picture{
-        "picture", "What the renders come to together, one pixel of each cell of the picture", {}};
+    StudyMap picture{"picture", "Mean of all renders, one pixel of each cell of the image", {}};
     for (const double m : reference.means) picture.rgb.push_back(encoded(m));
     report.maps.push_back(std::move(picture));
 

@@ -65,7 +65,7 @@ void draw_axes(PlotDrawing& drawing, const Axis& x, const Axis& y) {
         drawing.texts.push_back({left - 6, y.at(v) + 4, percent(v), Anchor::End});
     }
     drawing.texts.push_back(
-        {0.5 * (left + width - right), height - 8, "CPU time of the picture", Anchor::Middle});
+        {0.5 * (left + width - right), height - 8, "CPU time of the image", Anchor::Middle});
     drawing.texts.push_back(
         {13, 0.5 * (top + height - bottom), "relative error", Anchor::Middle, true});
 }

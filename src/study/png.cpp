@@ -31,7 +31,7 @@ namespace velatura::study {
 
 std::string to_png(int width, int height, const std::vector<float>& rgb) {
     VELATURA_CHECK(rgb.size() == 3 * size_t(width) * size_t(height),
-                   "a picture has three values for each pixel");
+                   "an image has three values for each pixel");
     std::vector<uint8_t> bytes(rgb.size());
     std::transform(rgb.begin(), rgb.end(), bytes.begin(), image::display_byte);
     std::string out;
@@ -40,7 +40,7 @@ std::string to_png(int width, int height, const std::vector<float>& rgb) {
     };
     const int is_written =
         stbi_write_png_to_func(append, &out, width, height, 3, bytes.data(), 3 * width);
-    VELATURA_CHECK(is_written != 0, "a picture in memory can be written");
+    VELATURA_CHECK(is_written != 0, "an image in memory can be written");
     return out;
 }
 

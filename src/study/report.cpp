@@ -288,7 +288,7 @@ std::vector<bool> settled_settings(const Subject& subject,
 const char* text_of(Verdict verdict) {
     switch (verdict) {
         case Verdict::Unknown:
-            return "not known yet";
+            return "not estimated yet";
         case Verdict::Now:
             return "as it is";
         case Verdict::BestBuy:
@@ -296,13 +296,13 @@ const char* text_of(Verdict verdict) {
         case Verdict::Better:
             return "better at equal time";
         case Verdict::Cheaper:
-            return "same picture, sooner";
+            return "same image, faster";
         case Verdict::NoDifference:
             return "keep";
         case Verdict::Worse:
             return "keep";
         case Verdict::Suspect:
-            return "SUSPECT: another mean";
+            return "SUSPECT: possible bias";
         case Verdict::Changes:
             return "your choice";
     }

@@ -37,7 +37,7 @@ ReportPlot plot_of_all(const Report& r) {
     ReportPlot plot{"all",
                     fmt::format("All settings at {} samples, and the Pareto front", r.subject.spp),
                     {},
-                    {"", "", "nothing is both faster and better"}};
+                    {"", "", "no setting is both faster and better"}};
     plot.curves = {{"as it is", 0, {}, {}, true},
                    {"other settings", 1, {}, {}, true},
                    {"Pareto front", 2, {}, {}, false, true}};

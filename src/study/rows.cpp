@@ -31,8 +31,8 @@ KnobRow samples_row(const Report& report) {
     row.buys = joined(twice->noise.value, base.bias) - joined(now->noise.value, base.bias);
     row.costs_s = twice->cpu_s - now->cpu_s;
     row.advice = base.bias > now->noise.value
-                     ? "most of the error is bias, which samples do not lower"
-                     : "the yardstick: what the same time buys by samples";
+                     ? "most of the error is bias, which more samples do not reduce"
+                     : "reference: the same time spent on samples";
     return row;
 }
 
@@ -79,7 +79,7 @@ std::string told_apart(const Estimate& ratio) {
     const double off = std::max(ratio.high - 1, 1 - ratio.low);
     if (off < close)
         return fmt::format("no difference at equal time, to {:.0f} %", std::ceil(off * 100));
-    return fmt::format("not told apart at equal time: {:+.1f} % to {:+.1f} %",
+    return fmt::format("no significant difference at equal time: {:+.1f} % to {:+.1f} %",
                        (ratio.low - 1) * 100, (ratio.high - 1) * 100);
 }
 
@@ -89,7 +89,7 @@ std::string advice_of(const Report& report, const SettingResult& r) {
     switch (r.verdict) {
         case Verdict::Suspect:
             return fmt::format(
-                "{} promises the same mean and is {} off: a bug, or a bias that is not named",
+                "{} must have the same mean and differs by {}: possible bias, please report this",
                 r.setting.value, percent(r.difference.bias));
         case Verdict::BestBuy:
         case Verdict::Better:
@@ -97,7 +97,7 @@ std::string advice_of(const Report& report, const SettingResult& r) {
                        ? at_equal + ", with a bias of " + percent(r.bias)
                        : at_equal;
         case Verdict::Cheaper:
-            return fmt::format("time {:+.0f} %, the same picture", (r.time.value - 1) * 100);
+            return fmt::format("time {:+.0f} %, the same image", (r.time.value - 1) * 100);
         case Verdict::Worse:
             return at_equal;
         case Verdict::NoDifference:
@@ -106,7 +106,7 @@ std::string advice_of(const Report& report, const SettingResult& r) {
             if (r.difference.is_same_picture)
                 return fmt::format("the beauty stays as it is, time {:+.0f} %",
                                    (r.time.value - 1) * 100);
-            return fmt::format("changes the picture by {}, time {:+.0f} %",
+            return fmt::format("changes the image by {}, time {:+.0f} %",
                                r.difference.is_seen
                                    ? percent(r.difference.bias)
                                    : "less than " + percent(r.difference.bias_limit),

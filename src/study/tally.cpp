@@ -17,7 +17,7 @@ void Moments::add(const std::vector<float>& values) {
 }
 
 void Moments::add_difference(const std::vector<float>& a, const std::vector<float>& b) {
-    VELATURA_CHECK(a.size() == b.size(), "pictures of one study have one size");
+    VELATURA_CHECK(a.size() == b.size(), "images of one study have one size");
     sum.resize(a.size());
     square.resize(a.size());
     for (size_t i = 0; i < a.size(); ++i) {

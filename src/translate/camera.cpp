@@ -163,8 +163,8 @@ void read_motion(Context& ctx, Prim prim, const Shutter& shutter, scene::Camera&
     const auto is_usable = [](const Mat4d& m) { return is_finite(m) && determinant3(m) != 0.0; };
     if (!std::all_of(keys.begin(), keys.end(), is_usable)) {
         ctx.warn("bad-transform", prim,
-                 "the camera's transform is singular or infinite while the shutter is open: it "
-                 "stays where it is at the frame's instant");
+                 "the camera's transform is singular or infinite while the shutter is open; the "
+                 "camera is not blurred, and its transform at the frame time is used");
         return;
     }
     const auto stays = [&](const Mat4d& m) { return m == keys[0]; };
@@ -192,14 +192,16 @@ void read_shutter(Context& ctx, Prim prim, scene::Camera& camera) {
     const double open = finite(ctx, prim, "shutter:open", 0.0);
     const double close = finite(ctx, prim, "shutter:close", 0.0);
     if (close < open)
-        ctx.warn("bad-camera-value", prim.attribute("shutter:close"),
-                 fmt::format("the shutter closes at {}, before it opens at {}; it counts as closed",
-                             close, open));
+        ctx.warn(
+            "bad-camera-value", prim.attribute("shutter:close"),
+            fmt::format(
+                "the shutter closes at {}, before it opens at {}; the shutter is treated as closed",
+                close, open));
     if (!(close > open) || ctx.time.is_default() || ctx.scene.settings.disable_motion_blur) {
         const bool is_authored = prim.attribute("shutter:open").has_authored_value() ||
                                  prim.attribute("shutter:close").has_authored_value();
         const char* const why = !(close > open)         ? "the shutter is closed"
-                                : ctx.time.is_default() ? "the default time stands still"
+                                : ctx.time.is_default() ? "no motion at the default time"
                                                         : "motion blur is disabled";
         for (const scene::Effect blur : {scene::Effect::CameraBlur, scene::Effect::TransformBlur,
                                          scene::Effect::DeformationBlur})
@@ -232,7 +234,7 @@ double read_exposure(Context& ctx, Prim prim) {
 void warn_camera_features(Context& ctx, Prim prim) {
     if (prim.attribute("clippingPlanes").value(ctx.time).array_size() > 0) {
         ctx.warn("unsupported-clipping-planes", prim.attribute("clippingPlanes"),
-                 "clippingPlanes are not supported, nothing is cut");
+                 "clippingPlanes are not supported; nothing is clipped");
     }
 }
 

@@ -156,8 +156,8 @@ void read_products(Context& ctx,
         } else if (overridden.width != out.width || overridden.height != out.height ||
                    overridden.camera != out.camera) {
             ctx.warn("unsupported-product-override", product,
-                     "product asks for another camera or resolution than the first product, whose "
-                     "are used for all");
+                     "product has another camera or resolution than the first product; those of "
+                     "the first product are used");
         }
     }
 }
@@ -171,8 +171,9 @@ Prim read_render_pass(Context& ctx, Prim pass) {
     const bool hides = seen.has_expression() || seen.rule_paths().size() > 1 ||
                        !seen.includes(ctx.stage.pseudo_root().path());
     if (hides)
-        ctx.warn("unsupported-render-pass", pass,
-                 "collection cameraVisibility is not supported: the camera sees its prims, too");
+        ctx.warn(
+            "unsupported-render-pass", pass,
+            "collection cameraVisibility is not supported; its prims are visible to the camera");
     if (!matte.is_empty())
         ctx.warn("unsupported-render-pass", pass,
                  "collection matte is not supported: its prims are rendered with their alpha");
@@ -244,7 +245,7 @@ void note_no_settings(Context& ctx) {
     const std::string why =
         first.empty()
             ? "the stage has no RenderSettings"
-            : fmt::format("renderSettingsPrimPath is not set, --settings {} would choose", first);
+            : fmt::format("renderSettingsPrimPath is not set; choose with --settings {}", first);
     ctx.diagnostics.note("no-render-settings", {}, "",
                          fmt::format("{}: {} x {} pixels and the other defaults are used", why,
                                      out.width, out.height));
@@ -256,8 +257,9 @@ Result<void> read_render_settings(Context& ctx, const TranslateOptions& options)
     scene::RenderSettings& out = ctx.scene.settings;
     const Prim prim = settings_prim(ctx, options);
     if (!options.settings.empty() && !ctx.rendered.pass && !(prim && prim.is_a("RenderSettings"))) {
-        return Error{"unknown-settings",
-                     fmt::format("<{}> is no RenderSettings and no RenderPass", options.settings)};
+        return Error{
+            "unknown-settings",
+            fmt::format("<{}> is neither a RenderSettings nor a RenderPass", options.settings)};
     }
     std::optional<AuthoredResolution> resolution;
     if (prim) {

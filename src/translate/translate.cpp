@@ -176,7 +176,7 @@ struct CameraSearch {
 Error unknown_camera(const usd::stage::Stage& stage, const std::string& wanted, Prim found) {
     std::string message =
         found ? fmt::format("<{}> is a {}, not a Camera", wanted, found.type_name().str())
-              : fmt::format("there is no camera <{}>", wanted);
+              : fmt::format("camera <{}> not found", wanted);
     const std::vector<std::string> cameras = camera_paths(stage);
     if (cameras.empty()) message += "; the stage has no camera";
     for (size_t i = 0; i < cameras.size(); ++i)
@@ -190,10 +190,10 @@ void note_camera(Context& ctx, const std::vector<std::string>& cameras) {
     for (size_t i = 1; i < std::min(cameras.size(), named); ++i)
         others += fmt::format("{}<{}>", i == 1 ? "" : ", ", cameras[i]);
     if (cameras.size() > named) others += fmt::format(" and {} more", cameras.size() - named);
-    ctx.diagnostics.note("camera-chosen", {}, "",
-                         fmt::format("no camera was asked for, the first of {} is used: <{}>; "
-                                     "--camera chooses {}",
-                                     cameras.size(), cameras[0], others));
+    ctx.diagnostics.note(
+        "camera-chosen", {}, "",
+        fmt::format("no camera chosen; using the first of {}: <{}>; --camera chooses {}",
+                    cameras.size(), cameras[0], others));
 }
 
 /// The camera prim to look through; invalid when the stage has none.
@@ -219,7 +219,7 @@ Result<Prim> chosen_camera(Context& ctx, const TranslateOptions& options) {
 
 void note_framing(Context& ctx) {
     ctx.diagnostics.note("framing-camera", {}, "",
-                         "the stage has no camera, one that frames everything is used");
+                         "the stage has no camera; using one that frames the scene");
 }
 
 Result<scene::Camera> make_camera(Context& ctx, const TranslateOptions& options) {
@@ -246,9 +246,9 @@ void report_choices(const usd::stage::Stage& stage,
     const Result<Prim> camera = chosen_camera(ctx, options);
     if (camera && !*camera) note_framing(ctx);
     if (!holds_light(ctx))
-        diagnostics.note("no-lights", {}, "",
-                         "the stage has no light: unless a material emits, a white dome of "
-                         "radiance 1 lights it");
+        diagnostics.note(
+            "no-lights", {}, "",
+            "the stage has no light; unless a material emits, a white dome of radiance 1 is added");
 }
 
 Result<scene::Scene> translate_stage(const usd::stage::Stage& stage,

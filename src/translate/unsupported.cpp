@@ -24,8 +24,7 @@ void warn_unsupported(Context& ctx, Prim prim) {
 void warn_light_without_geometry(Context& ctx, Prim prim) {
     if (!lights::is_any_light(prim)) return;
     ctx.warn("unsupported-light", prim,
-             "the light API makes a light of a prim's own geometry, and this prim has none: it "
-             "lights nothing");
+             "LightAPI needs a prim with geometry, and this prim has none; it emits nothing");
 }
 
 void warn_round_light(Context& ctx, Prim prim) {
@@ -33,13 +32,13 @@ void warn_round_light(Context& ctx, Prim prim) {
     ctx.state<lights::FoundLights>().has_prim = true;
     ctx.warn(
         "unsupported-light", prim,
-        fmt::format("{} cannot be a light, it shows its material only", prim.type_name().str()));
+        fmt::format("{} cannot be a light; only its material is rendered", prim.type_name().str()));
 }
 
 void warn_unsupported_features(Context& ctx, Prim prim) {
     if (prim.has_api("VolumeLightAPI"))
         ctx.warn("unsupported-light", prim,
-                 "VolumeLightAPI is not supported, the prim shows what it is made of only");
+                 "VolumeLightAPI is not supported; only the volume itself is rendered");
 }
 
 }  // namespace velatura::translate

@@ -142,8 +142,9 @@ void draw(Context& ctx, Prim prim, const Mat4d& matrix, motion::Pose* pose, Plac
     if (is_light) {
         lights::make_mesh_light(ctx, prim, placed, *shape);
         if (linking::note_linking(ctx, prim) && !out.is_stage)
-            ctx.warn("unsupported-light-linking", prim,
-                     "all instances of geometry that is a light are linked as the first one");
+            ctx.warn(
+                "unsupported-light-linking", prim,
+                "light links of instanced emissive geometry: all instances use those of the first");
     }
     out.shapes.push_back(std::move(*shape));
     out.is_origin_fixed = true;
@@ -182,8 +183,8 @@ void walk(Context& ctx, Prim prim, const Mat4d& parent_matrix, Placeable& out) {
     if (pose && pose->is_rigid) matrix = pose->matrix;
     if (!is_finite(matrix) || !keeps_a_surface(matrix)) {
         ctx.warn("bad-transform", prim,
-                 "transform is infinite or flattens everything to a line or a point, the prim and "
-                 "what is below are skipped");
+                 "transform is infinite or flattens everything to a line or a point; the prim and "
+                 "its children are skipped");
         return;
     }
     if (type == "PointInstancer") {

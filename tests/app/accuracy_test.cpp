@@ -101,7 +101,8 @@ TEST(Accuracy, ARenderSaysWhatItsTargetNeeds) {
     const CommandResult far =
         w.velatura("render s.usda --spp 16 --res 40 34 -o s.exr --target-error 0.01%");
     EXPECT_EQ(far.exit_code, 0) << far.output;
-    EXPECT_NE(far.output.find("0.01 % needs more than 10 times that, further than can be forecast"),
+    EXPECT_NE(far.output.find(
+                  "0.01 % needs more than 10 times these samples, beyond the range of a forecast"),
               std::string::npos)
         << far.output;
     EXPECT_EQ(w.velatura("render s.usda --mode tile --forecast 1% -o s.exr").exit_code, 2);

@@ -99,11 +99,11 @@ TEST_F(BadPrims, CostThemselvesAndNotTheFrame) {
               "faceVertexIndices.timeSamples = { 0: [0, 1, 2, 3], 1: [0, 1, 2] }\n" +
               moving_points),
          "bad.usda:14:1: warning: its topology changes while the shutter is open: the mesh is "
-         "rendered as it is at the frame's instant [unsupported-motion-blur]",
+         "rendered without motion blur, at the frame time [unsupported-motion-blur]",
          good_quad},
         {"points that get fewer", mesh(polygons + quad_faces + fewer_points),
          "bad.usda:14:1: warning: the number of its points changes while the shutter is open: the "
-         "mesh is rendered as it is at the frame's instant [unsupported-motion-blur]",
+         "mesh is rendered without motion blur, at the frame time [unsupported-motion-blur]",
          good_quad},
         {"a transform without room",
          mesh(polygons + quad_faces + quad_points +
@@ -156,8 +156,8 @@ TEST_F(BadPrims, OfPluginsThatCannotBeUsedAreNamedWithThem) {
         "def Volume \"Wrong\" {\nrel field:density = </Wrong/D>\ndef OpenVDBAsset \"D\" {\nasset "
         "filePath = @x.vdb@\ntoken fieldName = \"density\"\n}\n}\n";
     expect_loss({"no subdivider", mesh(quad_faces + quad_points),
-                 "plugin subdivision: expected ABI 1, found 99: meshes with a subdivision scheme "
-                 "are rendered as their polygons",
+                 "plugin subdivision: expected ABI 1, found 99: subdivision meshes are rendered "
+                 "unsubdivided",
                  mesh(polygons + quad_faces + quad_points)},
                 alone, 1);
     expect_loss({"nobody to read grids", volume, "plugin volume: expected ABI 1, found 99", ""},

@@ -68,19 +68,18 @@ TEST(Choices, AreSaidOnce) {
         const char* line;  ///< nothing: the scene leaves nothing open
     } cases[] = {
         {plain + ball + sky, "[framing-camera]",
-         "note: the stage has no camera, one that frames everything is used"},
+         "note: the stage has no camera; using one that frames the scene"},
         {plain + ball + sky + camera("A") + camera("B") + camera("C"), "[camera-chosen]",
-         "note: no camera was asked for, the first of 3 is used: </A>; --camera chooses </B>, "
-         "</C>"},
+         "note: no camera chosen; using the first of 3 is used: </A>; --camera chooses </B>, </C>"},
         {named + ball + sky + camera("A"), "[camera-chosen]", nullptr},
         {plain + ball + sky + camera("A"), "[no-render-settings]",
          "note: the stage has no RenderSettings: 8 x 6 pixels and the other defaults are used"},
         {settings("") + ball + sky + camera("A"), "[no-render-settings]",
-         "note: renderSettingsPrimPath is not set, --settings /Render/S would choose: 8 x 6 "
-         "pixels"},
+         "note: renderSettingsPrimPath is not set; choose with --settings /Render/S would choose: "
+         "8 x 6 pixels"},
         {named + ball + sky + camera("A"), "[no-render-settings]", nullptr},
         {named + ball + camera("A"), "[no-lights]",
-         "the stage has no light, a white dome of radiance 1 lights it"},
+         "the stage has no light; a white dome of radiance 1 is added"},
         {named + ball + sky + camera("A"), "[no-lights]", nullptr},
         {named + pane("P") + clear_material + sky + camera("A"), "[thin-walls]",
          "note: 1 mesh is taken as a thin wall"},
@@ -112,7 +111,7 @@ TEST(Choices, OfInfoAreThoseOfARender) {
     const std::string said = w.velatura("info s.usda").output;
     for (const char* line :
          {"the first of 2 is used: </A>; --camera chooses </B>", "the stage has no RenderSettings",
-          "unless a material emits, a white dome of radiance 1 lights it"})
+          "unless a material emits, a white dome of radiance 1 is added"})
         EXPECT_EQ(count_of(said, line), 1u) << line << " in " << said;
     w.write(
         "m.usda",
@@ -152,9 +151,8 @@ TEST(Choices, TooManyChannelsAreWarnedOfWithWhatToLeaveOut) {
     const int count = channels(all);
     EXPECT_GT(count, 1023);
     EXPECT_EQ(count_of(said, "[many-channels]"), 1u) << said;
-    EXPECT_NE(said.find(fmt::format("the file has up to {} channels, and Nuke opens no more than "
-                                    "1023: ",
-                                    count)),
+    EXPECT_NE(said.find(fmt::format(
+                  "the file has up to {} channels, above Nuke's maximum of 1023; ", count)),
               std::string::npos)
         << said;
 

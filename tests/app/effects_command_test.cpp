@@ -175,7 +175,7 @@ TEST_F(EffectsCommand, RefusesNamesThatMeanNothing) {
     EXPECT_EQ(render("-o a.exr --effects -no-such-effect").exit_code, 2);
     const CommandResult instancing = render("-o a.exr --effects -instancing");
     EXPECT_EQ(instancing.exit_code, 2);
-    EXPECT_NE(instancing.output.find("cannot be left out"), std::string::npos);
+    EXPECT_NE(instancing.output.find("cannot be switched off"), std::string::npos);
     EXPECT_NE(render("-o a.exr --effects -roulette").output.find("option of its own"),
               std::string::npos);
     EXPECT_FALSE(w.exists("a.exr"));

@@ -99,25 +99,27 @@ TEST(ExitCodes, OfBudgetsAndTargets) {
         {"", "", "", false, complete, 0.1, false, Done, ""},
         {"64", "", "", true, complete, 0.1, false, Done, ""},
         // A budget of time, alone and with samples
-        {"", "30s", "", false, time, 0.1, false, Done, "--time 30s ended the render"},
+        {"", "30s", "", false, time, 0.1, false, Done, "stopped at --time 30s"},
         {"1000", "30s", "", false, time, 0.1, false, Done, "before all 1000 samples"},
         {"1000", "30s", "", true, time, 0.1, false, TargetMissed, "before all 1000 samples"},
         {"1000", "30s", "", false, complete, 0.1, false, Done, ""},
-        {"", "30s", "", true, time, 0.1, false, UsageError, "--require-target needs a target"},
+        {"", "30s", "", true, time, 0.1, false, UsageError,
+         "--require-target needs --target-error"},
         // A target, alone: the bound that nobody typed misses it
         {"", "", "5%", false, target, 0.05, false, Done, ""},
-        {"", "", "5%", false, complete, 0.1, false, TargetMissed, "the most samples without --spp"},
+        {"", "", "5%", false, complete, 0.1, false, TargetMissed,
+         "stopped at the maximum samples without --spp"},
         // With a budget that somebody typed
         {"", "30s", "5%", false, time, 0.1, false, Done, "before --target-error 5%"},
         {"", "30s", "5%", true, time, 0.1, false, TargetMissed, "before --target-error 5%"},
         {"", "30s", "5%", true, time, 0.04, false, Done, ""},
-        {"64", "", "5%", false, complete, 0.1, false, Done, "--spp ended the render before"},
-        {"64", "", "5%", true, complete, 0.1, false, TargetMissed, "--spp ended the render before"},
+        {"64", "", "5%", false, complete, 0.1, false, Done, "stopped at --spp before"},
+        {"64", "", "5%", true, complete, 0.1, false, TargetMissed, "stopped at --spp before"},
         {"64", "", "5%", true, complete, 0.05, false, Done, ""},
         // A lower bound reaches no target that is required
         {"", "", "5%", false, target, 0.05, true, Done, ""},
-        {"64", "", "5%", true, complete, 0.04, true, TargetMissed, "--spp ended the render before"},
-        {"64", "", "5%", false, complete, 0.04, true, Done, "--spp ended the render before"},
+        {"64", "", "5%", true, complete, 0.04, true, TargetMissed, "stopped at --spp before"},
+        {"64", "", "5%", false, complete, 0.04, true, Done, "stopped at --spp before"},
     };
     for (size_t i = 0; i < std::size(cases); ++i) {
         SCOPED_TRACE(i);
@@ -138,8 +140,7 @@ TEST(ExitCodes, ABudgetThatIsTypedAloneRules) {
     // 64 samples of this take far less than 0.7 s
     const test::CommandResult timed = w.velatura(render + "--time 0.7s -o t.exr --stats t.json");
     EXPECT_EQ(timed.exit_code, Done) << timed.output;
-    EXPECT_NE(timed.output.find("--time 0.7s ended the render after"), std::string::npos)
-        << timed.output;
+    EXPECT_NE(timed.output.find("stopped at --time 0.7s after"), std::string::npos) << timed.output;
     // 64 samples leave far more than 1 %
     const test::CommandResult exact = w.velatura(render + "--target-error 1.5% -o e.exr");
     EXPECT_EQ(exact.exit_code, Done) << exact.output;

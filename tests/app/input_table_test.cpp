@@ -36,13 +36,13 @@ constexpr const char* chosen = "renderSettingsPrimPath = \"/R\"";
 
 const Row rows[] = {
     // Cameras
-    {"", "", "--camera /Cma", "there is no camera </Cma>; cameras of the stage: </Cam>", 1},
+    {"", "", "--camera /Cma", "camera </Cma>; cameras of the stage: </Cam>", 1},
     {"", "", "--camera /Ball", "</Ball> is a Sphere, not a Camera", 1},
     {chosen, "def RenderSettings \"R\" {\n rel camera = </Ball>\n}\n", "",
      "warning: </Ball> is a Sphere, not a Camera", 0},
     // Settings
-    {"", "", "--settings /Nope", "</Nope> is no RenderSettings and no RenderPass", 1},
-    {"", "", "--settings /Ball", "</Ball> is no RenderSettings and no RenderPass", 1},
+    {"", "", "--settings /Nope", "</Nope> is neither a RenderSettings nor a RenderPass", 1},
+    {"", "", "--settings /Ball", "</Ball> is neither a RenderSettings nor a RenderPass", 1},
     {"renderSettingsPrimPath = \"/Nope\"", "", "",
      "renderSettingsPrimPath names no RenderSettings, fallbacks are used", 0},
     {chosen, "def RenderSettings \"R\" {\n uniform int2 resolution = (0, 5)\n}\n", "",
@@ -70,17 +70,17 @@ const Row rows[] = {
      "sourceType = \"intrinsic\"\n}\n",
      "", "render var of sourceType intrinsic is not supported, it gets no channel", 0},
     // Casters
-    {"", "", "--casters //Ball", "--casters needs the family caster in --layers", 2},
+    {"", "", "--casters //Ball", "--casters needs caster in --layers", 2},
     {"", "", "--layers caster --casters '//{shiny:1}'", "--casters //{shiny:1}: ", 2},
     {"", "", "--layers caster --casters '/Ball['", "--casters /Ball[: ", 2},
     {"", "", "--layers caster --casters //Blal",
-     "warning: --casters //Blal matches no prim that holds geometry: no caster is called by it", 0},
+     "warning: --casters //Blal matches no prim with geometry; no caster is created", 0},
     // An asset that is missing, as it counts
     {"", "def \"A\" (references = @none.usda@) {\n}\n", "", "missing assets: 1 layer", 1},
     {"", "def \"A\" (references = @none.usda@) {\n}\n", "--missing-assets ignore",
      "cannot open reference @none.usda@", 0},
     {"", "def \"A\" (references = @none.usda@) {\n}\n", "--missing-assets ignore --strict",
-     "1 errors in the scene and --strict", 1},
+     "1 errors in the scene; --strict renders nothing", 1},
 };
 
 }  // namespace

@@ -95,7 +95,7 @@ TEST_F(MemoryLimitCommand, ReadersObeyIt) {
         EXPECT_TRUE(std::regex_search(
             r.output,
             std::regex("--memory-limit: 26 MB is too low: [0-9.]+ MB in use and ([0-9.]+ [KM]?B "
-                       ")?more asked for [a-z ]+; at least [0-9.]+ MB needed")))
+                       ")?more requested [a-z ]+; at least [0-9.]+ MB needed")))
             << command << r.output;
     }
     EXPECT_EQ(w.files_beside("s.usda p.usda"), "");

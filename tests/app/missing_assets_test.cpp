@@ -57,7 +57,7 @@ std::vector<Kind> kinds() {
          "error: cannot read texture 'none.png': ", "1 texture", false},
         {"DamagedTexture", textured_ball("bad.png"),
          "error: cannot read texture 'bad.png': ", "1 texture", false, "bad.png", "no picture"},
-        {"Udim", textured_ball("none.<UDIM>.png"), "none of the tiles 1001 to 1100 exists",
+        {"Udim", textured_ball("none.<UDIM>.png"), "none of the UDIM tiles 1001 to 1100 exists",
          "1 texture", false},
         {"DomeTexture",
          with_sphere("def DomeLight \"D\" { asset inputs:texture:file = @none.hdr@\n}\n"),
@@ -68,7 +68,7 @@ std::vector<Kind> kinds() {
         {"IesProfile",
          with_sphere("def SphereLight \"L\" (prepend apiSchemas = [\"ShapingAPI\"]) { asset "
                      "inputs:shaping:ies:file = @none.ies@\n}\n"),
-         "the light shines without it", "1 IES profile", false},
+         "the light is rendered without it", "1 IES profile", false},
         {"ValueClip",
          with_sphere("def Sphere \"C\" (\nclips = { dictionary default = { asset[] assetPaths = "
                      "[@none.usda@]\nstring primPath = \"/C\"\ndouble2[] active = [(0, 0)]\n"
@@ -86,7 +86,7 @@ void PrintTo(const Kind& kind, std::ostream* out) {
 class MissingAsset : public testing::TestWithParam<Kind> {};
 
 /// Of a fallback the message says the value: (0, 0, 0, 1) is UsdUVTexture's.
-constexpr const char* fallback = "using its fallback value (0, 0, 0, 1)";
+constexpr const char* fallback = "using its fallback (0, 0, 0, 1)";
 
 }  // namespace
 

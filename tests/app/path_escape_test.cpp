@@ -19,8 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* outside =
-    "lies neither beneath the scene's folder nor beneath an --asset-root";
+constexpr const char* outside = "is not below the scene's folder or an --asset-root";
 
 /// A name of a file, and what is said when a confined scene uses it; "" = nothing, it is the
 /// scene's own.

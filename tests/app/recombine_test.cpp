@@ -234,9 +234,8 @@ TEST_F(Recombine, TimeBudgetEndsWithCode0AndAValidFile) {
     const CommandResult r =
         w.velatura("render s.usda --res " + size + " --spp 1000000 --time 0.3s -o s.exr");
     EXPECT_EQ(r.exit_code, 0) << r.output;
-    EXPECT_NE(
-        r.output.find("--time 0.3s ended the render before all 1000000 samples per pixel after "),
-        std::string::npos)
+    EXPECT_NE(r.output.find("stopped at --time 0.3s before all 1000000 samples per pixel after "),
+              std::string::npos)
         << r.output;
     EXPECT_EQ(w.comp("verify s.exr").exit_code, 0);
 }
@@ -249,8 +248,8 @@ TEST_F(Recombine, ReachedTargetEndsWithCode0) {
         const CommandResult missed = w.velatura("render s.usda --res " + size +
                                                 " --spp 2 --target-error 0.01% -o s.exr" + strict);
         EXPECT_EQ(missed.exit_code, strict.empty() ? 0 : 3);
-        EXPECT_NE(missed.output.find("--spp ended the render before --target-error 0.01% after 2 "
-                                     "samples per pixel: the error is "),
+        EXPECT_NE(missed.output.find("stopped at --spp before --target-error 0.01% after 2 samples "
+                                     "per pixel: the error is "),
                   std::string::npos)
             << missed.output;
     }

@@ -283,10 +283,9 @@ TEST_F(Resume, RefusesWhatIsNotTheSameRender) {
         {"--layers bounce", "it stores other light layers"},
         {"--bounces 2", "it stores other light layers"},
         {"--lights off", "it stores other light layers"},
-        {"--crop 0 0.5 0 1",
-         "it shows the pixels [0, 40) x [0, 34), and [0, 20) x [0, 34) are wanted"},
+        {"--crop 0 0.5 0 1", "it has the pixels [0, 40) x [0, 34), expected [0, 20) x [0, 34)"},
         {"--res 20 17", "resolution was 40 x 34 and is 20 x 17"},
-        {"--samples 2:8", "its samples begin at 0, and 2 is wanted"},
+        {"--samples 2:8", "its samples start at 0, expected 2"},
     };
 
     for (const auto& c : cases) {
@@ -302,7 +301,7 @@ TEST_F(Resume, RefusesWhatIsNotTheSameRender) {
             continue;
         }
         EXPECT_EQ(r.exit_code, 5) << c.arguments << ": " << r.output;
-        EXPECT_NE(r.output.find("cannot go on from part.exr"), std::string::npos) << r.output;
+        EXPECT_NE(r.output.find("cannot resume part.exr"), std::string::npos) << r.output;
         EXPECT_NE(r.output.find(c.why), std::string::npos) << c.arguments << ": " << r.output;
         EXPECT_TRUE(bytes("part.exr") == before) << c.arguments;
     }
@@ -346,15 +345,15 @@ TEST_F(Resume, RefusesFilesThatItCannotGoOnFrom) {
         EXPECT_TRUE(bytes(name) == before);
     };
     render("--spp 4 -o plain.exr");
-    expect_refusal("plain.exr", "it holds no sums to go on from: render with --keep-sums");
+    expect_refusal("plain.exr", "it is not resumable; render with --keep-sums");
     ASSERT_EQ(w.comp("mix plain.exr -o mix.exr --gain all=2").exit_code, 0);
-    expect_refusal("mix.exr", "cannot go on from");
+    expect_refusal("mix.exr", "cannot resume");
     w.write("text.exr", "no picture");
-    expect_refusal("text.exr", "cannot go on from text.exr");
+    expect_refusal("text.exr", "cannot resume text.exr");
     render("--spp 4 --keep-sums -o part.exr");
     const std::string whole = bytes("part.exr");
     std::ofstream(w.path("cut.exr"), std::ios::binary) << whole.substr(0, whole.size() / 2);
-    expect_refusal("cut.exr", "cannot go on from cut.exr");
+    expect_refusal("cut.exr", "cannot resume cut.exr");
 
     // Damaged sums, another build, no word of the build
     Result<image::Image> file = image::read_exr(w.path("part.exr"));
@@ -364,10 +363,10 @@ TEST_F(Resume, RefusesFilesThatItCannotGoOnFrom) {
     settings["build"] = "0123456789abcdef";
     text = settings.dump();
     ASSERT_TRUE(image::write_exr(w.path("build.exr"), *file).has_value());
-    expect_refusal("build.exr", "build 0123456789abcdef of velatura rendered it");
+    expect_refusal("build.exr", "it was rendered by build 0123456789abcdef of velatura");
     text = "{}";
     ASSERT_TRUE(image::write_exr(w.path("silent.exr"), *file).has_value());
-    expect_refusal("silent.exr", "it does not say by which build");
+    expect_refusal("silent.exr", "its header does not name the build");
     for (image::Part& part : file->parts) {
         for (image::Channel& c : part.channels) {
             if (c.name == "sums_end") std::get<std::vector<uint32_t>>(c.data)[7] ^= 1;

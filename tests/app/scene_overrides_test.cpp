@@ -259,9 +259,9 @@ def Material "M"
         const char* warning;  ///< empty: none
     } cases[] = {
         {"--set '/M/S.inputs:diffuseColor=(1, 0, 0)'",
-         "--set /M/S.inputs:diffuseColor=(1, 0, 0): warning: the value has no effect: "
-         "inputs:diffuseColor is connected to </M.inputs:tint>, which is stronger; --set "
-         "'/M/S.inputs:diffuseColor.connect=None' removes the connection"},
+         "--set /M/S.inputs:diffuseColor=(1, 0, 0): warning: the value has no effect, because "
+         "inputs:diffuseColor is connected to </M.inputs:tint>; remove the connection with --set "
+         "'/M/S.inputs:diffuseColor.connect=None'"},
         {"--set /M/S.inputs:roughness=0.2", "is connected to </M/T.outputs:r>"},
         {"--set '/M/S.inputs:emissiveColor=(1, 1, 1)'", ""},
         {"--set /M/S.inputs:metallic=1", ""},
@@ -296,13 +296,13 @@ TEST_F(SceneOverrides, WhatDoesNotFitIsRefusedWithTheOption) {
     } cases[] = {
         {"--set /W/key.inputs:intensity", "expected /Prim.attribute=value", 2},
         {"--set inputs:intensity=3", "expected /Prim.attribute=value", 2},
-        {"--set /W/key=3", "\"/W/key\" is not the path of an attribute", 2},
-        {"--set /W/key.inputs:intensity=", "there is no value after '='", 2},
+        {"--set /W/key=3", "\"/W/key\" is not an attribute path", 2},
+        {"--set /W/key.inputs:intensity=", "missing value after '='", 2},
         {"--set '/W{size=large}Ball.radius=3'", "found the end at character 8", 2},
         {"--set '/W/k ey.radius=3'", "--set", 2},
         {"--set /W/kye.inputs:intensity=3",
-         "--set /W/kye.inputs:intensity=3: there is no prim </W/kye> (did you mean 'key'?)", 2},
-        {"--set /World/key.inputs:intensity=3", "there is no prim </World>", 2},
+         "--set /W/kye.inputs:intensity=3: prim </W/kye> not found (did you mean 'key'?)", 2},
+        {"--set /World/key.inputs:intensity=3", "prim </World> not found", 2},
         {"--set /W/key.inputs:intensty=3",
          "</W/key> has no attribute inputs:intensty (did you mean 'inputs:intensity'?); a new one "
          "needs a type: --set 'float /W/key.inputs:intensty=…'",
@@ -314,16 +314,16 @@ TEST_F(SceneOverrides, WhatDoesNotFitIsRefusedWithTheOption) {
         {"--set '/W/key.inputs:color=(1, 2, 3'", "cannot read the value of type color3f", 2},
         {"--set 'flot /W/Ball.x=3'", "found unknown type 'flot' of attribute 'x'", 2},
         {"--set '/W/Ball.radius=3\n}\ndef Sphere \"More\" {'", "--set", 2},
-        {"--set '/W/Ball.radius=3\nfloat b = 2'", "the value is more than one value", 2},
+        {"--set '/W/Ball.radius=3\nfloat b = 2'", "expected one value, found more", 2},
         {"--set /W/Copy/Inner.radius=3",
-         "</W/Copy/Inner> lies below the instance </W/Copy>, where opinions do not count", 2},
+         "</W/Copy/Inner> is inside the instance </W/Copy>, where opinions are ignored", 2},
         {"--variant /W", "expected /Prim{set=name}", 2},
         {"--variant '/W{size=large}Ball'", "expected /Prim{set=name}", 2},
         {"--variant '/W{size=huge}'", "the set has no variant huge: expected large, small", 2},
         {"--variant '/W{sise=large}'", "</W> has no variant set sise: it has size", 2},
         {"--variant '/W/Ball{size=large}'", "</W/Ball> has no variant set size: it has none", 2},
-        {"--variant '/V{size=large}'", "there is no prim </V>", 2},
-        {"--session none.usda", "--session none.usda: there is no such file", 2},
+        {"--variant '/V{size=large}'", "prim </V> not found", 2},
+        {"--session none.usda", "--session none.usda: file not found", 2},
         {"--session bad.usda", "bad.usda:2:", 1},
     };
 
@@ -341,7 +341,8 @@ TEST_F(SceneOverrides, WhatDoesNotFitIsRefusedWithTheOption) {
          {"--set /W/Ball.radius=3", "--session look.usda", "--variant '/W{size=large}'"}) {
         const CommandResult r = w.velatura(std::string("flatten --layer s.usda ") + option);
         EXPECT_EQ(r.exit_code, 2) << r.output;
-        EXPECT_NE(r.output.find("--layer writes one layer as it stands"), std::string::npos)
+        EXPECT_NE(r.output.find("--layer converts one layer without composition"),
+                  std::string::npos)
             << r.output;
     }
     EXPECT_EQ(w.files_beside("s.usda look.usda bad.usda above.usda"), "");
@@ -375,7 +376,7 @@ TEST_F(SceneOverrides, ArePartOfTheSceneOfAFile) {
         const CommandResult r = w.velatura(resume + other.option);
         EXPECT_EQ(r.exit_code, 5) << r.output;
         EXPECT_NE(r.output.find(std::string("the scene's layers have changed: it had --set "
-                                            "/W/key.inputs:intensity=3, this has ") +
+                                            "/W/key.inputs:intensity=3, now ") +
                                 other.has),
                   std::string::npos)
             << r.output;

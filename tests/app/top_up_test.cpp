@@ -115,17 +115,17 @@ TEST_F(TopUpCommands, RequestsOfOtherRendersAreRefused) {
     };
     render("--spp 4 --seed 3 --keep-sums -o seed.exr");
     expect(5, "--seed 3 --resume --for-mix look.json -o seed.exr",
-           "look.json was made for a render of other settings");
+           "look.json was written for other render settings");
     render("--spp 4 --crop 0 0.5 0 1 --keep-sums -o crop.exr");
     expect(5, "--crop 0 0.5 0 1 --resume --for-mix look.json -o crop.exr",
-           "look.json was made for the pixels");
+           "look.json was written for the pixels");
     expect(5, "--resume --for-mix look.json -o nowhere.exr",
-           "there is no such file, and --for-mix adds to one");
-    expect(2, "--for-mix look.json -o base.exr", "give --resume as well");
+           "file not found; --for-mix continues an existing file");
+    expect(2, "--for-mix look.json -o base.exr", "--for-mix needs --resume");
     expect(1, "--resume --for-mix missing.json -o base.exr", "missing.json");
     w.write("preset.json", R"({"schema": "velatura.look/1", "controls": []})");
     expect(1, "--resume --for-mix preset.json -o base.exr",
-           "not a request for samples, as velatura-comp request writes it");
+           "not a request file of `velatura-comp request`");
     EXPECT_TRUE(bytes("base.exr") == before);
 }
 

@@ -154,13 +154,14 @@ TEST(Typing, MisspeltWordsGetTheNearest) {
              {"render s.usda --bounce 4", "did you mean '--bounces'"},
              {"rendr s.usda", "unknown command 'rendr' (did you mean 'render'?)"},
              {"inof", "unknown command 'inof' (did you mean 'info'?)"},
-             {"--spp 4 render s.usda", "--spp is an option of render and follows it"},
+             {"--spp 4 render s.usda", "--spp is an option of render and must follow it"},
              {"render s.usda --res 0 0", "--res: expected a size from 1 to 65536, found \"0\""},
              {"render s.usda --res 320", "--res: "},
              {"render s.usda --res 320x", "--res: "},
              {"render s.usda --res axb", "--res: expected a whole number, found \"a\""},
              {"render s.usda --res 1x2x3", "--res: "},
-             {"render s.usda --spp -1", "--spp: expected a whole number from 0, found \"-1\""}}) {
+             {"render s.usda --spp -1",
+              "--spp: expected a whole number of 0 or more, found \"-1\""}}) {
         const CommandResult r = w.velatura(typed);
         EXPECT_EQ(r.exit_code, 2) << typed << ": " << r.output;
         EXPECT_NE(r.output.find(said), std::string::npos) << typed << ": " << r.output;

@@ -20,9 +20,8 @@ TEST(Diagnostics, FormatIsClickable) {
                        {"bulb.usda has no defaultPrim"}};
     EXPECT_EQ(diagnostics.format(d),
               "lamp.usda:41:9: error: reference target </Lamp> not found in @bulb.usda@ "
-              "[usd-unresolved-prim-path]\n"
-              "  note: while working on </World/Lamp_03>\n"
-              "  note: bulb.usda has no defaultPrim");
+              "[usd-unresolved-prim-path]\n  note: at </World/Lamp_03>\n  note: bulb.usda has no "
+              "defaultPrim");
 }
 
 TEST(Diagnostics, FormatWithoutPlace) {

@@ -238,23 +238,23 @@ TEST(LightPaths, SayWhatIsWrongAndWhere) {
         {"C<RDx>L", "column 5: expected a label in ' ' or '.', found \"x\""},
         {"CXL", "column 2: expected one of C R T V L O B D G S or '.', found \"X\""},
         {"CD?L", "column 3: ? is not supported"},
-        {"C.**L", "repeats what is repeated"},
+        {"C.**L", "repeats a repetition"},
         {"C.{2L", "column 5: expected } after the count"},
         {"C.{99}L", "column 4: expected a count of 0 to 64"},
         {"C.{3,2}L", "the second count is below the first"},
         {"C(DL", "column 5: expected ) to close the bracket"},
         {"C[DL", "column 5: expected ] to close the set"},
         {"CD)L", "column 3: unexpected \")\""},
-        {"C<sD>L", "s never happens"},
+        {"C<sD>L", "s matches nothing"},
         {"C<R<D>>L", "groups within < > are not supported"},
         {"C<RD>A", "A (albedo) is not supported"},
-        {"C<L.'kay'>", "column 5: there is no light group and no lobe 'kay' (did you mean 'key'"},
+        {"C<L.'kay'>", "column 5: unknown light group or lobe 'kay' (did you mean 'key'"},
         {"C<L.'key>", "column 5: expected ' to close the label"},
         {"C<RD>", "no path can match it"},
         {"DL", "no path can match it"},
         {"C<RL>", "column 4: expected one of D G S or '.', found \"L\""},
-        {"unoccluded;C.+L", "known after one scattering alone"},
-        {"shadow;CL", "known after one scattering alone"},
+        {"unoccluded;C.+L", "exists for direct light only"},
+        {"shadow;CL", "exists for direct light only"},
     };
 
     for (const auto& c : cases)
@@ -286,7 +286,7 @@ TEST(LightPaths, KnowGroupsAsTheSceneCallsThem) {
 }
 
 TEST(LightPaths, HugeOnesAreRefusedSoon) {
-    EXPECT_NE(message_of("C" + std::string(5000, 'D') + "L").find("at most 4096"),
+    EXPECT_NE(message_of("C" + std::string(5000, 'D') + "L").find("exceeds the maximum of 4096"),
               std::string::npos);
     EXPECT_NE(message_of("C" + std::string(200, '(') + "D" + std::string(200, ')') + "L")
                   .find("nested deeper"),

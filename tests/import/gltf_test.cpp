@@ -274,13 +274,13 @@ TEST_F(GltfTest, VerticesWhoseBytesAreNotThereAreErrors) {
         return diagnostics.all().empty() ? "" : diagnostics.all()[0].message;
     };
     const std::vector<std::pair<const char*, std::function<void(json&)>>> cases = {
-        {"ends after its view", [](json& f) { f["accessors"][0]["count"] = 4; }},
-        {"ends after its view", [](json& f) { f["accessors"][0]["count"] = ~uint64_t(0); }},
-        {"ends after its view", [](json& f) { f["accessors"][0]["byteOffset"] = ~uint64_t(0); }},
-        {"ends after its view", [](json& f) { f["bufferViews"][0]["byteStride"] = 0; }},
-        {"ends after its buffer", [](json& f) { f["bufferViews"][0]["byteLength"] = 999; }},
-        {"not there", [](json& f) { f["buffers"][0]["uri"] = "absent.bin"; }},
-        {"not there", [](json& f) { f["buffers"][0].erase("uri"); }},
+        {"ends beyond its view", [](json& f) { f["accessors"][0]["count"] = 4; }},
+        {"ends beyond its view", [](json& f) { f["accessors"][0]["count"] = ~uint64_t(0); }},
+        {"ends beyond its view", [](json& f) { f["accessors"][0]["byteOffset"] = ~uint64_t(0); }},
+        {"ends beyond its view", [](json& f) { f["bufferViews"][0]["byteStride"] = 0; }},
+        {"ends beyond its buffer", [](json& f) { f["bufferViews"][0]["byteLength"] = 999; }},
+        {"its bytes are missing", [](json& f) { f["buffers"][0]["uri"] = "absent.bin"; }},
+        {"its bytes are missing", [](json& f) { f["buffers"][0].erase("uri"); }},
         {"incomplete", [](json& f) { f["accessors"][0]["type"] = "MAT4"; }},
         {"incomplete", [](json& f) { f["accessors"][0]["count"] = -3; }},
         {"sparse", [](json& f) { f["accessors"][0]["sparse"] = json::object(); }},

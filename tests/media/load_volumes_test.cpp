@@ -66,7 +66,7 @@ TEST(LoadVolumes, LosesAVolumeAndNoMore) {
     load_volumes(scene, source, 1 << 20, diagnostics);
     EXPECT_EQ(scene.volumes.size(), 1u);
     ASSERT_EQ(diagnostics.error_count(), 1u);
-    EXPECT_EQ(diagnostics.all()[0].message, "@bad@: cannot be opened; the volume is left out");
+    EXPECT_EQ(diagnostics.all()[0].message, "@bad@: cannot be opened; the volume is skipped");
     ASSERT_EQ(scene.effect_notes.size(), 1u);
     EXPECT_EQ(scene.effect_notes[0].prims, 2u);
 }
@@ -75,7 +75,7 @@ TEST(LoadVolumes, WithoutAnyoneToReadAllGridsAreLost) {
     scene::Scene scene;
     scene.volumes = {volume_of(add_unread(scene, "good")), volume_of(0)};
     Diagnostics diagnostics;
-    drop_volumes(scene, {"plugin-missing", "the plugin volume is missing"}, diagnostics);
+    drop_volumes(scene, {"plugin-missing", "plugin volume is missing"}, diagnostics);
     EXPECT_TRUE(scene.volumes.empty());
     EXPECT_EQ(diagnostics.error_count(), 1u);
 }

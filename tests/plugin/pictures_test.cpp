@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* quick = " --res 12 9 --spp 1 --guiding off --progress none -q ";
-constexpr const char* missing = "the plugin openimageio is missing: nothing brings ";
+constexpr const char* missing = "plugin openimageio is missing: no plugin provides ";
 
 /// A ball with a texture.
 const std::string textured = R"usda(#usda 1.0
@@ -134,11 +134,12 @@ TEST_F(PicturePlugin, IsNamedWhereItIsMissing) {
     const std::string said =
         fmt::format("cannot read texture 'picture.exr': {}textures in ", missing);
     EXPECT_NE(texture.output.find(said), std::string::npos) << texture.output;
-    EXPECT_NE(texture.output.find("using its fallback value ("), std::string::npos);
+    EXPECT_NE(texture.output.find("using its fallback ("), std::string::npos);
     EXPECT_NE(texture.output.find("textured.usda:23:"), std::string::npos) << texture.output;
     EXPECT_NE(texture.output.find("lib/velatura/plugins"), std::string::npos) << texture.output;
     // Once more at the end, and in the exit code; the image is there all the same
-    EXPECT_NE(texture.output.find("error: the scene needs a plugin: the plugin openimageio"),
+    EXPECT_NE(texture.output.find(
+                  "error: the scene needs a plugin that is not installed: plugin openimageio"),
               std::string::npos)
         << texture.output;
     EXPECT_EQ(texture.exit_code, 1);
@@ -177,8 +178,6 @@ TEST_F(PicturePlugin, DecoderProcessesAreStartedForUntrustedScenesOnly) {
     ::setenv("VELATURA_ASSET_ROOTS", w.path(".").c_str(), 1);
     EXPECT_TRUE(starts_decoders(std::string("render textured.usda -o x.exr") + quick));
     ::unsetenv("VELATURA_ASSET_ROOTS");
-    EXPECT_TRUE(starts_decoders("plan textured.usda --sandbox"));
-    EXPECT_FALSE(starts_decoders("plan textured.usda"));
 }
 
 /// What a decoder may take counts against the limit, unless it is much of what is left.
@@ -250,7 +249,8 @@ TEST_F(PicturePlugin, ACrashOfADecoderCostsItsTextureOnly) {
     EXPECT_EQ(r.exit_code, 1) << r.output;
     for (const auto& [what, signal] : {std::pair("segv", SIGSEGV), std::pair("abort", SIGABRT)}) {
         const std::string said =
-            fmt::format("cannot read texture '{}.png': reading ended with signal {}", what, signal);
+            fmt::format("cannot read texture '{}.png': the decoder process was ended by signal {}",
+                        what, signal);
         EXPECT_NE(r.output.find(said), std::string::npos) << r.output;
         EXPECT_NE(r.output.find(std::string("/") + what), std::string::npos) << r.output;
     }

@@ -63,7 +63,7 @@ TEST_F(PluginRender, GoesOnWithTheOwnTreeWhereThePluginCannotBuild) {
     const CommandResult refused = with_test_plugins("-o refused.exr --accel refusing");
     EXPECT_EQ(refused.exit_code, 0) << refused.output;
     EXPECT_NE(refused.output.find(
-                  "error: no memory for the test; the own tree is used instead [accelerator]"),
+                  "error: no memory for the test; the built-in BVH is used instead [accelerator]"),
               std::string::npos)
         << refused.output;
     EXPECT_EQ(w.hash("refused.exr"), w.hash("plain.exr"));
@@ -75,7 +75,7 @@ TEST_F(PluginRender, GoesOnWithTheOwnTreeWhereThePluginCannotBuild) {
 TEST_F(PluginRender, SaysWhatIsWrongAndWritesNothing) {
     const CommandResult unknown = w.velatura(std::string(render) + "-o x.exr --accel nonsense");
     EXPECT_EQ(unknown.exit_code, 1);
-    EXPECT_NE(unknown.output.find("--accel nonsense: no plugin brings it: expected one of bvh"),
+    EXPECT_NE(unknown.output.find("--accel nonsense: no plugin provides it; expected one of bvh"),
               std::string::npos)
         << unknown.output;
     const CommandResult misspelt = with_test_plugins("-o x.exr --accel brute_forc");

@@ -104,10 +104,10 @@ TEST_F(SubdivisionRender, DrawsPolygonsWithAWarningWhereItIsMissing) {
                                        "/velatura' render smooth.usda -o x.exr" + quick);
     EXPECT_EQ(r.exit_code, 1) << r.output;
     EXPECT_NE(r.output.find("smooth.usda:10:"), std::string::npos) << r.output;
-    EXPECT_NE(r.output.find("the plugin subdivision is missing: nothing brings subdivider"),
+    EXPECT_NE(r.output.find("plugin subdivision is missing: no plugin provides subdivider"),
               std::string::npos)
         << r.output;
-    EXPECT_NE(r.output.find("rendered as their polygons"), std::string::npos);
+    EXPECT_NE(r.output.find("are rendered unsubdivided"), std::string::npos);
 }
 
 }  // namespace velatura::test

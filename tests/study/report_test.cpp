@@ -177,7 +177,8 @@ TEST(Report, WideIntervalsAreToldAndNotTakenForEquality) {
                                       [](const study::KnobRow& k) { return k.knob == "way"; });
         ASSERT_NE(row, report.rows.end());
         ASSERT_EQ(row->verdict, Verdict::NoDifference);
-        EXPECT_EQ(row->advice.starts_with("not told apart at equal time: -"), rounds == 2)
+        EXPECT_EQ(row->advice.starts_with("no significant difference at equal time: -"),
+                  rounds == 2)
             << row->advice;
         EXPECT_EQ(row->advice.starts_with("no difference at equal time, to "), rounds == 100)
             << row->advice;

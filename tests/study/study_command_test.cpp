@@ -76,7 +76,7 @@ TEST_F(StudyCommand, ShowsImagesAndFiles) {
     ASSERT_EQ(r.exit_code, 0) << r.output;
     EXPECT_FALSE(w.exists("out/.file.exr"));
     const std::string html = read_file(w.path("out/report.html")).value();
-    EXPECT_NE(html.find("<h2>In equal time</h2>"), std::string::npos);
+    EXPECT_NE(html.find("<h2>At equal render time</h2>"), std::string::npos);
     const nlohmann::json files = report("out")["files"];
     ASSERT_EQ(files.size(), 10u);
     std::map<std::string, nlohmann::json> by_name;
@@ -146,9 +146,9 @@ TEST_F(StudyCommand, SaysWhatContradicts) {
               0);
     const nlohmann::json j = report("out");
     EXPECT_EQ(setting(j, "--integrator whitted")["refused"],
-              "--integrator whitted means --light-sampling light, not bsdf");
+              "--integrator whitted implies --light-sampling light, found bsdf");
     EXPECT_EQ(setting(j, "--light-sampling global-area")["refused"],
-              "--light-sampling global-area means --light-selection area, not power");
+              "--light-sampling global-area implies --light-selection area, found power");
     EXPECT_EQ(setting(j, "--light-sampling area")["difference"]["seen"], false);
 }
 

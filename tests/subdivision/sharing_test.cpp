@@ -213,7 +213,7 @@ TEST_F(Sharing, WhatIsNoSurfaceIsRefused) {
     using enum scene::SubdivisionScheme;
     scene::Mesh quads = cube();
     quads.subdivision = Loop;
-    EXPECT_NE(complaint_about(quads).find("triangles only"), std::string::npos);
+    EXPECT_NE(complaint_about(quads).find("loop needs triangles"), std::string::npos);
     // A corner twice in a face
     const scene::Mesh folded =
         make_cage(CatmullClark, {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}}, {{0, 1, 2, 1}});

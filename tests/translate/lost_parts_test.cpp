@@ -68,16 +68,17 @@ std::vector<Case> cases() {
         {"bad-widths", "the index 9, expected 0 to 0; widths fall back to 1",
          curves("float[] primvars:widths = [1] (interpolation = \"uniform\")\n"
                 "int[] primvars:widths:indices = [9]\n")},
-        {"bad-widths", "widths hold rows of 3, expected 1; widths fall back to 1",
+        {"bad-widths", "widths have 3 components, expected 1; widths fall back to 1",
          curves("float3[] widths = [(1,1,1)]\n")},
-        {"bad-widths", "1 of 7 widths are negative or not finite; these count as 0",
+        {"bad-widths", "1 of 7 widths are negative or not finite; these are set to 0",
          curves("float[] widths = [1,1,-1,1,1,1,1]\n")},
         {"bad-widths", "1 of 1 widths are negative or not finite; widths fall back to 1",
          curves("float[] widths = [nan]\n")},
         {"missing-widths", "taken to be 1 wide", curves("")},
         {"bad-normals", "normals are ignored, the curves are round",
          curves("float[] widths = [1]\nnormal3f[] normals = [(0,0,1),(0,0,1)]\n")},
-        {"bad-normals", "some normals are not finite; normals are ignored, the curves are round",
+        {"bad-normals",
+         "some normals are not finite; normals are ignored, and the curves are round",
          curves("float[] widths = [1]\nnormal3f[] normals = [(0,0,1),(0,0,1),(0,nan,1),(0,0,1),"
                 "(0,0,1),(0,0,1),(0,0,1)]\n")},
         {"bad-primvar", "it is ignored, its fallback is used",
@@ -123,31 +124,26 @@ std::vector<Case> cases() {
          smooth_quad("int[] creaseIndices = [0, 1]\nint[] creaseLengths = [5]\nfloat[] "
                      "creaseSharpnesses = [1]\n")},
         {"bad-subdivision", "all corners are ignored", smooth_quad("int[] cornerIndices = [0]\n")},
-        {"bad-topology", "hole index 7 is no face of 1 and is ignored",
+        {"bad-topology", "hole index 7 is not a face of 1; it is ignored",
          quad("P", "int[] holeIndices = [7]\n")},
         {"empty-mesh", "points is not authored; the Mesh is skipped",
          "def Mesh \"P\" {\nint[] faceVertexCounts = [3]\nint[] faceVertexIndices = [0,1,2]\n}\n",
          false},
         // Instancers
         {"bad-instancer",
-         "scales has 3 elements, expected 2; it is ignored, instances are not "
-         "scaled",
+         "scales has 3 elements, expected 2; it is ignored, and instances are not scaled",
          instancer("float3[] scales = [(1,1,1),(1,1,1),(1,1,1)]\n")},
         {"bad-instancer",
-         "orientations has 1 elements, expected 2; it is ignored, instances are "
-         "not turned",
+         "orientations has 1 elements, expected 2; it is ignored, and instances are not turned",
          instancer("quath[] orientations = [(1,0,0,0)]\n")},
         {"bad-instancer", "1 of 2 orientationsf are not finite; these instances are not turned",
          instancer("quatf[] orientationsf = [(nan,0,0,0),(1,0,0,0)]\n")},
-        {"bad-instancer",
-         "scales holds no numbers; it is ignored, instances "
-         "are not scaled",
+        {"bad-instancer", "scales is not numeric; it is ignored, and instances are not scaled",
          instancer("string[] scales = [\"a\", \"b\"]\n")},
-        {"bad-instancer", "it is ignored, instances go by their index",
+        {"bad-instancer", "it is ignored, and instances are identified by index",
          instancer("int64[] ids = [1, 2, 3]\n")},
         {"bad-instancer",
-         "positions has 2 elements, expected 3; it is ignored, instances stand at "
-         "the origin",
+         "positions has 2 elements, expected 3; it is ignored, and instances stand at the origin",
          "def PointInstancer \"P\" {\n" + without(two, "    int[] protoIndices") +
              "int[] protoIndices = [0, 0, 0]\n}\n"},
         {"bad-instancer", "positions is not authored; all instances stand at the origin",
@@ -157,17 +153,17 @@ std::vector<Case> cases() {
         {"bad-instancer", "these instances are skipped",
          "def PointInstancer \"P\" {\n" + without(two, "    int[] protoIndices") +
              "int[] protoIndices = [0, 7]\n}\n"},
-        {"bad-instancer", "is not there, its instances are skipped",
+        {"bad-instancer", "does not exist; its instances are skipped",
          "def PointInstancer \"P\" {\n" + without(two, "    rel prototypes") +
              "rel prototypes = </Nowhere>\n}\n",
          false},
-        {"bad-primvar", "it is ignored, instances show what their prototypes have",
+        {"bad-primvar", "it is ignored; instances use the primvars of their prototypes",
          instancer("color3f[] primvars:displayColor = [(1,0,0),(1,0,0),(1,0,0)] (interpolation = "
                    "\"vertex\")\n")},
         // Others
         {"bad-gprim-size", "the prim is skipped", "def Sphere \"P\" {\ndouble radius = -1\n}\n",
          false},
-        {"bad-transform", "the prim and what is below are skipped",
+        {"bad-transform", "the prim and its children are skipped",
          "def Cube \"P\" {\nfloat3 xformOp:scale = (1, 0, 0)\nuniform token[] xformOpOrder = "
          "[\"xformOp:scale\"]\n}\n",
          false},

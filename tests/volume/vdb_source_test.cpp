@@ -102,12 +102,11 @@ TEST(VdbSource, FindsGridsByNameAndIndex) {
     EXPECT_EQ(source().read({.file = file, .grid = "density"})->most(), 7.0f);
     EXPECT_EQ(source().read({.file = file, .grid = "density", .index = 1})->most(), 100.0f);
     EXPECT_EQ(error_of({.file = file, .grid = "density", .index = 2}),
-              "volume-grid: there is no grid density[2], the file holds density[0], density[1]");
+              "volume-grid: grid density[2] not found; the file has density[0], density[1]");
     EXPECT_EQ(error_of({.file = file, .grid = "heat"}),
-              "volume-grid: there is no grid heat, the file holds density[0], density[1]");
+              "volume-grid: grid heat not found; the file has density[0], density[1]");
     EXPECT_EQ(error_of({.file = file}),
-              "volume-grid: which grid is meant? fieldName is empty, the file holds density[0], "
-              "density[1]");
+              "volume-grid: fieldName is empty; choose one of the grids density[0], density[1]");
 }
 
 TEST(VdbSource, ReadsColours) {
@@ -170,7 +169,7 @@ TEST(VdbSource, OfNothingIsNothing) {
 TEST(VdbSource, SaysWhatIsWrongWithAFile) {
     const VdbFolder folder;
     EXPECT_EQ(error_of({.file = folder.file("missing.vdb")}), "volume-file: cannot be opened");
-    EXPECT_EQ(error_of({.file = ""}), "volume-file: there is no such file");
+    EXPECT_EQ(error_of({.file = ""}), "volume-file: file not found");
     EXPECT_TRUE(
         error_of({.file = folder.write_bytes("text.vdb", "no grid at all"), .grid = "density"})
             .starts_with("volume-file: not a .vdb file"));
@@ -188,15 +187,15 @@ TEST(VdbSource, RefusesWhatWouldTakeTooMuchMemory) {
     const VdbFolder folder;
     const std::string file = folder.write("big.vdb", {blobs("density")});
     EXPECT_EQ(error_of({.file = file, .most_bytes = 1 << 20}), "");
-    EXPECT_TRUE(error_of({.file = file, .most_bytes = 20000})
-                    .starts_with("volume-memory: the grid would take"));
+    EXPECT_TRUE(
+        error_of({.file = file, .most_bytes = 20000}).starts_with("volume-memory: the grid needs"));
     // Few bytes that stand for a block of 2048³ voxels
     const auto block = openvdb::FloatGrid::create(0.0f);
     block->setName("density");
     block->fill(openvdb::CoordBBox(openvdb::Coord(0), openvdb::Coord(4095)), 1.0f);
     EXPECT_TRUE(
         error_of({.file = folder.write("block.vdb", {block}), .most_bytes = size_t(1) << 28})
-            .starts_with("volume-memory: the grid would take"));
+            .starts_with("volume-memory: the grid needs"));
     // Two voxels so far apart that even the empty space between them would not fit
     const auto apart = openvdb::FloatGrid::create(0.0f);
     apart->setName("density");
@@ -204,7 +203,7 @@ TEST(VdbSource, RefusesWhatWouldTakeTooMuchMemory) {
     apart->getAccessor().setValue(openvdb::Coord(1 << 29), 1.0f);
     EXPECT_TRUE(
         error_of({.file = folder.write("apart.vdb", {apart}), .most_bytes = size_t(1) << 28})
-            .starts_with("volume-memory: the grid would take"));
+            .starts_with("volume-memory: the grid needs"));
 }
 
 TEST(VdbSource, SurvivesFilesThatAreCutOff) {

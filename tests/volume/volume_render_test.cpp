@@ -176,7 +176,7 @@ TEST_F(VolumeRender, LosesAVolumeWithABadFileAndNoMore) {
         {volume(" = @cut.vdb@"), "[volume-file]"},
         {volume(" = @none.usda@"), "[volume-file]"},
         {volume(" = @smoke.vdb@", "heat"),
-         "there is no grid heat, the file holds density; the volume is left out [volume-grid]"},
+         "grid heat not found; the file has density; the volume is skipped [volume-grid]"},
     };
 
     const std::string none = hash_of("none.usda");
@@ -207,7 +207,7 @@ TEST_F(VolumeRender, RefusesWhatNeedsTooMuchMemory) {
     const CommandResult r =
         w.velatura(std::string("render large.usda --volume-memory 0.05 -o x.exr") + quick);
     EXPECT_EQ(r.exit_code, 0) << r.output;
-    EXPECT_NE(r.output.find("the grid would take 0."), std::string::npos) << r.output;
+    EXPECT_NE(r.output.find("the grid needs 0."), std::string::npos) << r.output;
     EXPECT_NE(r.output.find("[volume-memory]"), std::string::npos) << r.output;
 }
 
@@ -217,7 +217,7 @@ TEST_F(VolumeRender, IsAnErrorWithoutThePlugin) {
                                        VELATURA_BIN_DIR + "/velatura' '" + copy + "' && '" + copy +
                                        "/velatura' render smoke.usda -o x.exr" + quick);
     EXPECT_EQ(r.exit_code, 1) << r.output;
-    EXPECT_NE(r.output.find("the plugin volume is missing: nothing brings volume_source"),
+    EXPECT_NE(r.output.find("plugin volume is missing: no plugin provides volume_source"),
               std::string::npos)
         << r.output;
     EXPECT_NE(r.output.find("</Smoke>"), std::string::npos) << r.output;

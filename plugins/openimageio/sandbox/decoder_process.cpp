@@ -44,7 +44,7 @@ Result<std::unique_ptr<DecoderProcess>> DecoderProcess::start(
     if (const Result<void> room = area->reserve(most_spec_bytes); !room) return room.error();
     std::array<int, 2> ends = {};
     if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()) != 0)
-        return Error{"decoder-start", fmt::format("no socket: {}", std::strerror(errno))};
+        return Error{"reader-start", fmt::format("no socket: {}", std::strerror(errno))};
     FileDescriptor socket(ends[0]);
     const FileDescriptor its_end(ends[1]);
     const Result<pid_t> process =
@@ -62,9 +62,9 @@ Result<size_t> DecoderProcess::ask(Request request,
                                    const PayloadSize& size,
                                    std::string_view name) {
     // Whatever ended it, it was not this request
-    if (has_hung_up()) return Error{"decoder-lost", how_it_ended().message};
+    if (has_hung_up()) return Error{"reader-lost", how_it_ended().message};
     if (size.most > most_area_bytes)
-        return Error{"image-read", fmt::format("its lines or tiles are of more than {} MB",
+        return Error{"image-read", fmt::format("its lines or tiles are larger than {} MB",
                                                most_area_bytes >> 20)};
     const size_t room = std::max({size.most, name.size(), most_reason_bytes});
     if (room <= kept_area_bytes) area_.forget_beyond(kept_area_bytes);
@@ -94,17 +94,18 @@ Result<size_t> DecoderProcess::take_answer(const Request& request, const Payload
     if (!wait_to_read(socket_, timeout, goes_on)) {
         const double limit_s = has_exceeded_cpu ? limits_.cpu_seconds : limits_.wall_seconds;
         (void)how_it_ended();
-        return Error{"decoder-slow",
-                     fmt::format("reading took more than {} s (--limit decode-time)", limit_s)};
+        return Error{
+            "reader-slow",
+            fmt::format("decoding took more than {} s; raise --limit decode-time", limit_s)};
     }
     std::array<char, sizeof(Reply) + 1> reply = {};
     const ssize_t length = ::recv(socket_.get(), reply.data(), reply.size(), 0);
     if (length <= 0) return how_it_ended();
     Result<size_t> payload =
         payload_length(request, size, {reply.data(), size_t(length)}, area_.text());
-    if (!payload && payload.error().code == "decoder-answer") {
+    if (!payload && payload.error().code == "reader-answer") {
         (void)how_it_ended();
-        return Error{"decoder-answer",
+        return Error{"reader-answer",
                      fmt::format("what the decoder process answers makes no sense: {}",
                                  payload.error().message)};
     }
@@ -114,13 +115,15 @@ Result<size_t> DecoderProcess::take_answer(const Request& request, const Payload
 Error DecoderProcess::how_it_ended() {
     has_ended_ = true;
     const std::optional<int> status = fork_server_->end_decoder(process_);
-    if (fork_server_->is_lost()) return {"decoder-lost", "the decoder program is gone"};
-    if (!status) return {"decoder-ended", "the decoder process does not end"};
+    if (fork_server_->is_lost()) return {"reader-lost", "the decoder program is gone"};
+    if (!status) return {"reader-ended", "the decoder process does not end"};
     if (WIFSIGNALED(*status))
-        return {"decoder-ended", fmt::format("reading ended with signal {}", WTERMSIG(*status))};
+        return {"reader-ended",
+                fmt::format("the decoder process was ended by signal {}", WTERMSIG(*status))};
     if (WEXITSTATUS(*status) == out_of_memory_exit_code)
-        return {"decoder-ended", "reading ran out of memory"};
-    return {"decoder-ended", fmt::format("reading ended with code {}", WEXITSTATUS(*status))};
+        return {"reader-ended", "the decoder process ran out of memory"};
+    return {"reader-ended",
+            fmt::format("the decoder process ended with code {}", WEXITSTATUS(*status))};
 }
 
 double DecoderProcess::cpu_seconds() const {

@@ -21,7 +21,7 @@ constexpr std::array<std::string PictureSpec::*, 5> texts = {
 constexpr size_t most_text_bytes = 1000;
 
 Error no_answer(const char* why) {
-    return {"decoder-answer", why};
+    return {"reader-answer", why};
 }
 
 template <class T>
@@ -105,7 +105,7 @@ Result<size_t> payload_length(const Request& request,
     if (reply.size() != sizeof said) return no_answer("it is of another length");
     std::memcpy(&said, reply.data(), sizeof said);
     if (said.version != protocol_version) return no_answer("it is of another version");
-    if (said.serial != request.serial) return no_answer("it answers another question");
+    if (said.serial != request.serial) return no_answer("it answers another request");
     if (said.bytes > area.size()) return no_answer("it is longer than the area");
     if (said.status == ReplyStatus::Refused) {
         if (said.bytes > most_reason_bytes) return no_answer("its reason is too long");
@@ -113,7 +113,7 @@ Result<size_t> payload_length(const Request& request,
     }
     if (said.status != ReplyStatus::Done) return no_answer("it is neither yes nor no");
     if (said.bytes < size.least || said.bytes > size.most)
-        return no_answer("it has more or less than was asked for");
+        return no_answer("it has another size than requested");
     return size_t(said.bytes);
 }
 
@@ -139,13 +139,13 @@ Result<PictureSpec> spec_of(std::string_view bytes) {
     spec.levels.resize(count);
     for (LevelSpec& level : spec.levels) {
         if (!taker.take(level) || !is_known(level.stored))
-            return no_answer("one of its levels is none");
+            return no_answer("one of its mip levels is empty");
     }
     for (const auto text : texts) {
-        if (!taker.take(spec.*text)) return no_answer("a text is cut or too long");
+        if (!taker.take(spec.*text)) return no_answer("a text is truncated or too long");
     }
     if (!taker.take(spec.rows_per_strip) || !taker.is_at_end())
-        return no_answer("it is cut, or goes on");
+        return no_answer("it is truncated or too long");
     return spec;
 }
 

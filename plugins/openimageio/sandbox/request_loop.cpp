@@ -63,7 +63,8 @@ class RequestHandler {
         Result<std::unique_ptr<SourcePicture>> opened = source_.open(name, request.use);
         if (!opened) return opened.error();
         const std::string bytes = spec_bytes((*opened)->spec());
-        if (bytes.size() > area_.bytes().size()) return Error{"image-read", "it says too much"};
+        if (bytes.size() > area_.bytes().size())
+            return Error{"image-read", "its answer is too long"};
         std::memcpy(area_.bytes().data(), bytes.data(), bytes.size());
         pictures_.insert_or_assign(request.picture, std::move(*opened));
         return bytes.size();
@@ -76,7 +77,7 @@ class RequestHandler {
         const size_t height = size_t(is_tile ? level.tile_height : request.y_end - request.y);
         const size_t count = width * height * size_t(request.channels);
         if (count * sizeof(float) > area_.bytes().size())
-            return Error{"image-read", "there is no room for its values"};
+            return Error{"image-read", "its values do not fit"};
         const std::span<float> values(reinterpret_cast<float*>(area_.bytes().data()), count);
         const Result<void> done =
             is_tile

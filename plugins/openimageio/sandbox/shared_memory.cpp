@@ -14,13 +14,13 @@ namespace velatura::plugins::openimageio {
 namespace {
 
 Error no_memory(int number) {
-    return {"shared-memory", std::string("no memory can be shared: ") + std::strerror(number)};
+    return {"shared-memory", std::string("cannot share memory: ") + std::strerror(number)};
 }
 
 }  // namespace
 
 Result<SharedMemory> SharedMemory::create() {
-    FileDescriptor file(::memfd_create("velatura-decoder", MFD_CLOEXEC | MFD_ALLOW_SEALING));
+    FileDescriptor file(::memfd_create("velatura_decoder", MFD_CLOEXEC | MFD_ALLOW_SEALING));
     if (!file.is_open() || ::fcntl(file.get(), F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_SEAL) != 0)
         return no_memory(errno);
     return SharedMemory(std::move(file));

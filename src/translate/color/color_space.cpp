@@ -54,7 +54,7 @@ std::optional<ColorSpace> defined_on(Prim prim,
         if (!matrix || !(gamma > 0.0) || !std::isfinite(gamma) || !std::isfinite(bias)) {
             complain("bad-color-space", attribute("name"),
                      fmt::format("color space {} has no three primaries, no white or no positive "
-                                 "gamma; numbers in it count as linear Rec.709",
+                                 "gamma; its values are read as linear Rec.709",
                                  name));
             return ColorSpace();
         }
@@ -85,15 +85,16 @@ std::optional<ColorSpace> said_by(Prim prim, const ColorComplaint& complain) {
     const std::string name = read_text(attribute, "", TimeCode());
     if (!prim.has_api("ColorSpaceAPI")) {
         complain("unapplied-schema", attribute,
-                 "colorSpace:name needs ColorSpaceAPI among the apiSchemas and is left out");
+                 "colorSpace:name needs ColorSpaceAPI in apiSchemas; it is ignored");
         return std::nullopt;
     }
     if (name.empty()) return std::nullopt;
     if (auto space = find_space(prim, name, complain)) return space;
-    complain("unknown-color-space", attribute,
-             fmt::format("color space {} is unknown; colors of <{}> and below count as linear "
-                         "Rec.709",
-                         name, prim.path_string()));
+    complain(
+        "unknown-color-space", attribute,
+        fmt::format(
+            "color space {} is unknown; colors of <{}> and its children are read as linear Rec.709",
+            name, prim.path_string()));
     return ColorSpace();
 }
 
@@ -109,7 +110,7 @@ std::optional<ColorSpace> own_space(const Attribute& attribute, const ColorCompl
     if (name.empty()) return std::nullopt;
     if (auto space = find_space(attribute.prim(), name, complain)) return space;
     complain("unknown-color-space", attribute,
-             fmt::format("color space {} of {} is unknown; its numbers count as linear Rec.709",
+             fmt::format("color space {} of {} is unknown; its values are read as linear Rec.709",
                          name, attribute.name().str()));
     return ColorSpace();
 }
@@ -194,8 +195,8 @@ std::optional<Vec3d> read_light_color(Context& ctx, const Attribute& attribute) 
     const auto least = [](const auto& v) { return std::min({v[0], v[1], v[2]}); };
     if (!color || !(least(*color) < 0.0) || least(*authored) < 0.0) return color;
     ctx.warn("color-outside-gamut", attribute,
-             fmt::format("{} is ({:.4g}, {:.4g}, {:.4g}) in linear Rec.709, which no light is; "
-                         "what is below 0 counts as 0",
+             fmt::format("{} is ({:.4g}, {:.4g}, {:.4g}) in linear Rec.709, which is not a valid "
+                         "light color; negative channels are set to 0",
                          attribute.name().str(), color->x, color->y, color->z));
     for (int c = 0; c < 3; ++c) (*color)[c] = std::max((*color)[c], 0.0);
     return color;
@@ -216,7 +217,8 @@ std::optional<scene::TexelColors> texel_colors_of(Context& ctx,
         if (const auto named = texel_colors_of(ctx, file.prim(), name)) return named;
         ctx.warn(
             "unknown-color-space", file,
-            fmt::format("color space {} is unknown, the picture is read as one without", name));
+            fmt::format("color space {} is unknown, the image is read as without a color space",
+                        name));
         return std::nullopt;
     }
     if (files.empty()) return std::nullopt;
@@ -231,8 +233,8 @@ void note_color_configuration(Context& ctx) {
     if (const auto* asset = value->get_if<usd::layer::AssetPath>()) name = asset->path;
     if (!name.empty())
         ctx.diagnostics.note("color-configuration", ctx.stage.pseudo_root().loc(), "",
-                             fmt::format("colorConfiguration {} is not read: color spaces go by "
-                                         "the names of docs/reference/usd_support.md",
+                             fmt::format("colorConfiguration {} is not read; color space names are "
+                                         "those of docs/reference/usd_support.md",
                                          name));
 }
 

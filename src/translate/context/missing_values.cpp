@@ -31,7 +31,7 @@ std::string missing_array(const Attribute& attribute, TimeCode time) {
         return name + " has time samples only, and no value at the default time";
     if (is_animated && (value.is_empty() || value.is_block()))
         return fmt::format("{} has no value at time {}", name, time.value());
-    return name + " is no array";
+    return name + " is not an array";
 }
 
 bool lacks_array(Context& ctx,

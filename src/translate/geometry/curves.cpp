@@ -112,7 +112,7 @@ CurveTable read_table(Context& ctx,
             curve.vertices = 0;
             curve.fault = "curveVertexCounts add up to more than there are points";
         } else if (scene::segment_count(kind.basis, kind.wrap, curve.vertices) == 0) {
-            curve.fault = "a number of vertices that its basis and wrap do not allow";
+            curve.fault = "vertex count does not fit basis and wrap";
         }
         curve.varyings = scene::varying_count(kind.basis, kind.wrap, curve.vertices);
         vertex += curve.vertices;
@@ -205,7 +205,7 @@ std::optional<scene::Shape> read_curves(Context& ctx,
     if (normals && !std::all_of(normals->values.begin(), normals->values.end(),
                                 [](double v) { return std::isfinite(v); })) {
         ctx.warn("bad-normals", prim.attribute("normals"),
-                 "some normals are not finite; normals are ignored, the curves are round");
+                 "some normals are not finite; normals are ignored, and the curves are round");
         normals.reset();
     }
 

@@ -105,11 +105,10 @@ std::vector<scene::MaterialId> read_face_materials(
             }
         }
         if (outside + twice > 0)
-            ctx.warn(
-                "bad-subset", subset.attribute("indices"),
-                fmt::format("{} indices are no face of the mesh and are ignored, {} belong to an "
-                            "earlier subset and keep its material",
-                            outside, twice));
+            ctx.warn("bad-subset", subset.attribute("indices"),
+                     fmt::format("{} indices outside the faces of the mesh are ignored; {} belong "
+                                 "to an earlier subset and keep its material",
+                                 outside, twice));
     }
     // A material that subsets cover everywhere reads nothing
     const auto is_one = [](bool taken) { return taken; };
@@ -162,7 +161,7 @@ std::optional<scene::Shape> read_mesh(Context& ctx,
             table.faces[face].is_kept = false;
     }
     if (table.kept_count() == 0) {
-        ctx.warn("empty-mesh", prim, "mesh has no face to render, the prim is skipped");
+        ctx.warn("empty-mesh", prim, "mesh has no valid face; the prim is skipped");
         return std::nullopt;
     }
     const ElementCounts counts{table.faces.size(), points.size(), table.indices.size()};

@@ -90,8 +90,8 @@ class MotionReader {
     void complain(const char* what) {
         ctx_.note_not_simulated(scene::Effect::DeformationBlur, prim_, what);
         ctx_.warn("unsupported-motion-blur", prim_,
-                  fmt::format("{} while the shutter is open: the mesh is rendered as it is at the "
-                              "frame's instant",
+                  fmt::format("{} while the shutter is open: the mesh is rendered without motion "
+                              "blur, at the frame time",
                               what));
     }
 
@@ -158,8 +158,8 @@ class MotionReader {
         if (points.size() != mesh_.points.size()) return refuse("the number of its points changes");
         if (!is_finite(matrix) || !keeps_a_surface(matrix) ||
             !set_surface(ctx_, prim_, table_, points, matrix, pose ? &*pose : nullptr, key))
-            return refuse("its transform makes no surface of it");
-        if (loses_points(key)) return refuse("points of it are not finite numbers");
+            return refuse("its transform is singular");
+        if (loses_points(key)) return refuse("some points are not finite");
         keys.push_back(std::move(key));
         return true;
     }
@@ -222,8 +222,8 @@ void read_motion(Context& ctx,
     if (!is_rigid &&
         matrix != relative_to(motion::matrix_in_frame(ctx, prim, holder.frame), holder.origin)) {
         ctx.warn("unsupported-motion-blur", prim,
-                 "the mesh is carried by a joint that moves what is above it: it is rendered as it "
-                 "is at the frame's instant");
+                 "the mesh is bound to a joint that moves its own ancestors; it is rendered "
+                 "without motion blur, at the frame time");
         return;
     }
     std::vector<scene::Mesh> keys = MotionReader(ctx, prim, holder, table, mesh, *shutter).keys();
@@ -233,8 +233,8 @@ void read_motion(Context& ctx,
     });
     if (!has_all_normals)
         ctx.warn("bad-normals", prim,
-                 "the number of normals changes while the shutter is open: those of the frame's "
-                 "instant are used all the time");
+                 "the number of normals changes while the shutter is open; those of the frame time "
+                 "are used");
     const bool has_same_points = std::all_of(
         keys.begin(), keys.end(), [&](const auto& key) { return key.points == keys[0].points; });
     const bool normals_stay = std::all_of(

@@ -71,8 +71,8 @@ void warn_tangents(Context& ctx,
     });
     if (needs == materials.end() || has_coordinates) return;
     ctx.warn("missing-tangents", prim,
-             fmt::format("<{}> has no texture coordinates to give the anisotropy of material <{}> "
-                         "its direction; one that depends on the normal alone is used",
+             fmt::format("<{}> has no texture coordinates to orient the anisotropy of material "
+                         "<{}>; a direction derived from the normal is used",
                          prim.path_string(), (*needs)->name));
 }
 

@@ -60,9 +60,9 @@ bool read_element_rows(Context& ctx,
     const usd::layer::Value value = source->attribute.value(ctx.time);
     if (value.is_empty() || value.is_block()) return true;
     if (!read_rows(value, rows, found_width))
-        return refuse(fmt::format("{} hold no numbers", name));
+        return refuse(fmt::format("{} are not numeric", name));
     if (found_width != width)
-        return refuse(fmt::format("{} hold rows of {}, expected {}", name, found_width, width));
+        return refuse(fmt::format("{} have {} components, expected {}", name, found_width, width));
     // Nothing at this time
     if (rows.empty()) return true;
     ElementRows result;
@@ -115,7 +115,7 @@ bool read_widths(Context& ctx,
     const Attribute primvar = prim.attribute("primvars:widths");
     ctx.warn("bad-widths", primvar.has_authored_value() ? primvar : prim.attribute("widths"),
              fmt::format("{} of {} widths are negative or not finite; {}", bad, all,
-                         bad == all ? fallback : "these count as 0"));
+                         bad == all ? fallback : "these are set to 0"));
     if (bad == all) out.reset();
     return bad < all;
 }
@@ -176,11 +176,11 @@ scene::Shape round_shape(Context& ctx, Prim prim, const materials::MaterialEntry
     shape.provenance = ctx.provenance(prim);
     if (material.is_emissive)
         ctx.warn("unsupported-light", prim,
-                 fmt::format("light that {} emit is met by chance only, which is noisy",
+                 fmt::format("{} are emissive, but not sampled as lights: expect noise",
                              prim.type_name().str()));
     if (read_bool(prim.attribute("primvars:screenSpaceWidths"), false, ctx.time))
         ctx.warn("unsupported-widths", prim,
-                 "widths on the screen are not supported, they are taken as of the scene");
+                 "screen-space widths are not supported; they are read as scene units");
     return shape;
 }
 

@@ -76,7 +76,7 @@ void read_creases(Context& ctx, Prim prim, const FaceTable& table, scene::Subdiv
         (!is_by_crease && sharpnesses.size() != edge_count)) {
         ctx.warn("bad-subdivision", attribute,
                  fmt::format("{} creaseIndices, {} creaseLengths, {} creaseSharpnesses do not "
-                             "belong together: all creases are ignored",
+                             "match; all creases are ignored",
                              indices.size(), lengths.size(), sharpnesses.size()));
         return;
     }
@@ -95,9 +95,9 @@ void read_creases(Context& ctx, Prim prim, const FaceTable& table, scene::Subdiv
         first += size_t(lengths[c]);
     }
     if (absent > 0)
-        ctx.warn(
-            "bad-subdivision", attribute,
-            fmt::format("{} of {} creases are ignored: no edge of the mesh", absent, edge_count));
+        ctx.warn("bad-subdivision", attribute,
+                 fmt::format("{} of {} creases are ignored: not on an edge of the mesh", absent,
+                             edge_count));
 }
 
 void read_corners(Context& ctx, Prim prim, size_t point_count, scene::SubdivisionRules& rules) {
@@ -121,7 +121,7 @@ void read_corners(Context& ctx, Prim prim, size_t point_count, scene::Subdivisio
     }
     if (absent > 0)
         ctx.warn("bad-subdivision", attribute,
-                 fmt::format("{} of {} corners are ignored: no point of the mesh", absent,
+                 fmt::format("{} of {} corners are ignored: not a point of the mesh", absent,
                              indices.size()));
 }
 
@@ -141,7 +141,7 @@ std::vector<size_t> read_holes(Context& ctx, Prim prim, size_t face_count) {
         if (face < 0 || size_t(face) >= face_count)
             ctx.warn(
                 "bad-topology", attribute,
-                fmt::format("hole index {} is no face of {} and is ignored", face, face_count));
+                fmt::format("hole index {} is not a face of {}; it is ignored", face, face_count));
         else
             holes.push_back(size_t(face));
     }

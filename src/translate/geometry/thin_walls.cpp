@@ -140,8 +140,8 @@ class ThinWalls {
         ctx_.diagnostics.note(
             "thin-walls", {}, "",
             fmt::format(
-                "{} taken as {} of materials that transmit: boundary edges bound no solid; "
-                "-v names them, inputs:velatura:thinWalled decides otherwise",
+                "{} taken as {} of materials that transmit: meshes with boundary edges are not "
+                "closed; -v lists them; override with inputs:velatura:thinWalled",
                 open_.size() == 1 ? "1 mesh is" : fmt::format("{} meshes are", open_.size()),
                 open_.size() == 1 ? "a thin wall" : "thin walls"));
     }
@@ -219,8 +219,8 @@ class ThinWalls {
             use.sheets > 1 ? fmt::format(" and {} more", use.sheets - 1) : std::string();
         ctx_.diagnostics.note(
             "thin-wall", where.loc, where.prim_path,
-            fmt::format("<{}>{} with <{}> {} boundary edges: thin walls, which light passes "
-                        "straight; inputs:velatura:thinWalled = 0 makes solids of them",
+            fmt::format("<{}>{} with <{}> {} boundary edges: rendered as thin walls, without "
+                        "refraction; inputs:velatura:thinWalled = 0 makes them solids",
                         where.prim_path, others, m.name, use.sheets > 1 ? "have" : "has"));
     }
 

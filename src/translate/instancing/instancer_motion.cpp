@@ -121,17 +121,16 @@ class InstancerKeys {
     void complain() const {
         if (staying_ > 0) {
             ctx_.note_not_simulated(scene::Effect::TransformBlur, instancer_,
-                                    "moves what gives light or holds a volume");
+                                    "moves lights or volumes");
             ctx_.warn("unsupported-motion-blur", instancer_,
-                      fmt::format("{} instances that move while the shutter is open give light or "
-                                  "hold volumes: they are rendered as they are at the frame's "
-                                  "instant",
+                      fmt::format("{} moving instances are lights or volumes; they are rendered "
+                                  "without motion blur, at the frame time",
                                   staying_));
         }
         if (lost_ > 0)
             ctx_.warn("unsupported-motion-blur", instancer_,
-                      fmt::format("{} instances do not stay finite while the shutter is open: they "
-                                  "are rendered as they are at the frame's instant",
+                      fmt::format("{} instances have non-finite transforms while the shutter is "
+                                  "open; they are rendered without motion blur, at the frame time",
                                   lost_));
     }
 
@@ -165,8 +164,8 @@ void read_instancer_motion(Context& ctx,
         constexpr const char* why = "its instances change while the shutter is open";
         ctx.note_not_simulated(scene::Effect::TransformBlur, instancer, why);
         ctx.warn("unsupported-motion-blur", instancer,
-                 fmt::format("{}, and no velocities tell where they go: they are rendered as they "
-                             "are at the frame's instant",
+                 fmt::format("{}, and there are no velocities; they are rendered without motion "
+                             "blur, at the frame time",
                              why));
         return;
     }

@@ -26,14 +26,14 @@ std::vector<double> read_array(Context& ctx,
         const usd::layer::Value value = attribute.value(time);
         if (!value.is_empty() && !value.is_block())
             ctx.warn("bad-instancer", attribute,
-                     fmt::format("{} holds no numbers; it is ignored, instances {}",
+                     fmt::format("{} is not numeric; it is ignored, and instances {}",
                                  attribute.name().str(), fallback));
         return {};
     }
     if (rows.empty()) return {};
     if (width == wanted_width && rows.size() == instances * size_t(width)) return rows;
     ctx.warn("bad-instancer", attribute,
-             fmt::format("{} has {} elements, expected {}; it is ignored, instances {}",
+             fmt::format("{} has {} elements, expected {}; it is ignored, and instances {}",
                          attribute.name().str(), rows.size() / size_t(width), instances, fallback));
     return {};
 }

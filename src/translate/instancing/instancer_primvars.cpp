@@ -19,7 +19,7 @@ namespace velatura::translate::instancing {
 
 namespace {
 
-constexpr const char* ignored = "it is ignored, instances show what their prototypes have";
+constexpr const char* ignored = "it is ignored; instances use the primvars of their prototypes";
 
 void warn_primvar(Context& ctx, const usd::stage::Primvar& source, const std::string& what) {
     ctx.warn("bad-primvar", source.attribute, fmt::format("primvar {} {}", source.name, what));
@@ -51,7 +51,7 @@ std::optional<std::vector<uint32_t>> rows_of(Context& ctx,
         const bool is_one = found == 1;
         warn_primvar(ctx, source,
                      fmt::format("has {} {}, expected {}, one for each instance; {}", found, kind,
-                                 instances, is_one ? "all instances get it" : ignored));
+                                 instances, is_one ? "it is used for all instances" : ignored));
         if (!is_one) return std::nullopt;
         is_for_all = true;
     }
@@ -172,10 +172,12 @@ void InstancerPrimvars::warn_displacement(const std::vector<Placeable*>& prototy
                 return what != nullptr && is_displaced_by(ctx_.scene, *what, source.value.name);
             });
         if (is_displaced)
-            ctx_.warn("unsupported-displacement", instancer_,
-                      fmt::format("a prototype is displaced by primvar {}, which instances bring "
-                                  "along: it is displaced once for all of them, by the fallback",
-                                  ctx_.scene.primvar_names[source.value.name]));
+            ctx_.warn(
+                "unsupported-displacement", instancer_,
+                fmt::format(
+                    "the displacement of a prototype reads primvar {}, which instances override; "
+                    "the prototype is displaced once for all instances, with the fallback",
+                    ctx_.scene.primvar_names[source.value.name]));
     }
 }
 

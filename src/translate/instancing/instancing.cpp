@@ -87,11 +87,10 @@ InstancerArrays read_arrays(Context& ctx, Prim prim) {
     const size_t n = in.prototype_indices.size();
     in.ids = read_ints(prim.attribute("ids").value(ctx.time));
     if (!in.ids.empty() && in.ids.size() != n) {
-        ctx.warn(
-            "bad-instancer", prim.attribute("ids"),
-            fmt::format("ids has {} elements, expected {}; it is ignored, instances go by their "
-                        "index",
-                        in.ids.size(), n));
+        ctx.warn("bad-instancer", prim.attribute("ids"),
+                 fmt::format("ids has {} elements, expected {}; it is ignored, and instances are "
+                             "identified by index",
+                             in.ids.size(), n));
         in.ids.clear();
     }
     for (const int64_t id : read_ints(prim.attribute("invisibleIds").value(ctx.time)))
@@ -145,8 +144,8 @@ void read_point_instancer(Context& ctx, Prim prim, const Mat4d& matrix, Placeabl
         prototypes.push_back(placeable);
         if (placeable == nullptr)
             ctx.warn("bad-instancer", prim,
-                     fmt::format("prototype <{}> {}, its instances are skipped", path.to_string(),
-                                 root ? "contains this instancer" : "is not there"));
+                     fmt::format("prototype <{}> {}; its instances are skipped", path.to_string(),
+                                 root ? "contains this instancer" : "does not exist"));
     }
     if (lacks_array(ctx, prim, {"protoIndices"}, "bad-instancer")) return;
     const InstancerArrays in = read_arrays(ctx, prim);

@@ -58,8 +58,9 @@ void bake(Context& ctx,
     for (const scene::Shape& shape : ctx.scene.prototypes[prototype].shapes) {
         if (std::holds_alternative<scene::Curves>(shape.geometry) ||
             std::holds_alternative<scene::Points>(shape.geometry)) {
-            warn_at(ctx, shape.provenance, "bad-transform",
-                    "transform of an instance flattens widths, the prim is skipped in it");
+            warn_at(
+                ctx, shape.provenance, "bad-transform",
+                "transform of an instance flattens widths; the prim is skipped in this instance");
             continue;
         }
         ctx.scene.shapes.push_back(geometry::baked(shape, matrix));
@@ -101,7 +102,7 @@ void place_volume(Context& ctx, scene::Volume volume, const Mat4d& matrix, uint3
     volume.render_from_volume = volume.render_from_volume * matrix;
     if (determinant3(volume.render_from_volume) == 0.0) {
         warn_at(ctx, volume.provenance, "bad-transform",
-                "transform of an instance flattens the volume, it is skipped in it");
+                "transform of an instance flattens the volume; it is skipped in this instance");
         return;
     }
     // Rows of the map to the prim's own space, for the surface that it may be
@@ -134,8 +135,8 @@ bool count_copies(Context& ctx, scene::ProvenanceId provenance, size_t count) {
     copies += count;
     if (copies <= limit) return true;
     stop_placing(ctx, provenance,
-                 fmt::format("more than {} lights, volumes and flat shapes (24 corners of a mesh "
-                             "count as one) come by instances, the rest is left out",
+                 fmt::format("more than {} instanced lights, volumes and flat shapes (24 corners "
+                             "of a mesh are one); the rest is skipped",
                              limit));
     return false;
 }
@@ -195,8 +196,8 @@ std::unordered_set<scene::ProvenanceId> refused_prims(Context& ctx,
         const scene::Provenance& p = ctx.scene.provenance[prim];
         ctx.diagnostics.error(
             "too-many-instances", p.loc, p.prim_path,
-            fmt::format("it comes to {} instances, nested ones counted, and the scene to {}, where "
-                        "{} may be placed (--instance-limit): it is left out",
+            fmt::format("{} instances here, nested ones counted, and {} in the scene exceed the "
+                        "limit of {} (--instance-limit); the prim is skipped",
                         count, total, limit));
     }
     return refused;
@@ -231,8 +232,8 @@ void place(Context& ctx,
                  link_place);
             if (!later.empty())
                 warn_at(ctx, provenance, "unsupported-motion-blur",
-                        "an instance that moves while the shutter is open is flat at its opening: "
-                        "it is rendered as it is then");
+                        "the transform of a moving instance is singular at shutter open; the "
+                        "instance is rendered without motion blur, as at shutter open");
         } else {
             scene::Instance instance;
             instance.prototype = prototype;
@@ -246,8 +247,8 @@ void place(Context& ctx,
             if (!std::ranges::all_of(instance.later_render_from_prototype, is_key)) {
                 instance.later_render_from_prototype.clear();
                 warn_at(ctx, provenance, "unsupported-motion-blur",
-                        "an instance moves out of the reach of floats while the shutter is open: "
-                        "it is rendered as it is at its opening");
+                        "a moving instance leaves the range of floats while the shutter is open; "
+                        "it is rendered without motion blur, as at shutter open");
             }
             ctx.scene.instances.push_back(instance);
             linking::LinkPlaces& places = ctx.state<linking::LinkPlaces>();

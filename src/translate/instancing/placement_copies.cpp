@@ -32,11 +32,11 @@ class CopyRemover {
     void warn() const {
         if (count_ == 0) return;
         const scene::Provenance& p = ctx_.scene.provenance[first_];
-        ctx_.diagnostics.warn("duplicate-instances", p.loc, p.prim_path,
-                              fmt::format("{} instances stand exactly where others of the same "
-                                          "prototype do and are left out, this prim's the first "
-                                          "of them",
-                                          count_));
+        ctx_.diagnostics.warn(
+            "duplicate-instances", p.loc, p.prim_path,
+            fmt::format("{} duplicate instances, at the same place as others of the same "
+                        "prototype, are skipped; the first is this prim's",
+                        count_));
     }
 
   private:

@@ -172,8 +172,8 @@ void read_placement_motion(Context& ctx,
     }
     if (!std::all_of(keys.begin(), keys.end(), fits_floats)) {
         ctx.warn("unsupported-motion-blur", instance,
-                 "the transform of the instance does not stay finite while the shutter is open: it "
-                 "is rendered as it is at the frame's instant");
+                 "the transform of the instance is not finite while the shutter is open; the "
+                 "instance is rendered without motion blur, at the frame time");
         return;
     }
     if (std::all_of(keys.begin(), keys.end(), [&](const Mat4d& m) { return m == keys[0]; })) return;

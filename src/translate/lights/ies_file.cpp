@@ -129,7 +129,7 @@ class Parser {
             for (size_t i = 0; i < 2 * angles && !error_; ++i) number("tilt angles and factors");
             return;
         }
-        fail("no line begins with \"TILT=\": not an IES file");
+        fail("not an IES file: no line starts with \"TILT=\"");
     }
 
     std::vector<double> angles(size_t how_many, const char* what, double most) {
@@ -152,7 +152,7 @@ class Parser {
                              type == 2.0 ? "B" : "A"),
                  "ies-unsupported");
         else if (type != 1.0)
-            fail(fmt::format("no photometric type has the number {}", type));
+            fail(fmt::format("unknown photometric type {}", type));
     }
 
     Table read_table() {
@@ -167,7 +167,7 @@ class Parser {
         factor *= number("the ballast factor");
         factor *= number("the photometric factor of ballast and lamp");
         number("the watts");
-        if (verticals < 2) fail("one vertical angle makes no table");
+        if (verticals < 2) fail("expected at least two vertical angles, found one");
         // A number takes two characters: counts that the rest cannot fill take no memory
         if (verticals * horizontals > in_.rest() / 2 + 1) fail("the file ends before its table");
 

@@ -117,9 +117,9 @@ void add_default_dome(Context& ctx) {
     dome.name = "";
     dome.group = add_group(ctx, "default");
     ctx.scene.lights.push_back(dome);
-    ctx.diagnostics.warn("no-lights", ctx.stage.pseudo_root().loc(), "",
-                         "the stage has no light, a white dome of radiance 1 lights it (group "
-                         "default)");
+    ctx.diagnostics.warn(
+        "no-lights", ctx.stage.pseudo_root().loc(), "",
+        "the stage has no light; a white dome of radiance 1 is added (light group default)");
 }
 
 void finish_light_groups(Context& ctx) {

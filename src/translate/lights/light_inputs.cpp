@@ -32,12 +32,13 @@ std::shared_ptr<const scene::IesProfile> read_ies(Context& ctx, const Attribute&
     auto& profiles = ctx.state<KnownProfiles>().by_file;
     if (const auto known = profiles.find(name); known != profiles.end()) return known->second;
     const auto fail = [&](const Error& error) {
-        ctx.diagnostics.error("ies-unreadable", file.loc(), file.prim().path_string(),
-                              fmt::format("IES profile \"{}\": {}; the light shines without it",
-                                          authored, error.message));
+        ctx.diagnostics.error(
+            "ies-unreadable", file.loc(), file.prim().path_string(),
+            fmt::format("IES profile \"{}\": {}; the light is rendered without it", authored,
+                        error.message));
         return profiles[name] = nullptr;
     };
-    if (name.empty()) return fail({"file-not-found", "it is not there"});
+    if (name.empty()) return fail({"file-not-found", "file not found"});
     const Result<AssetBytesPtr> bytes = open_asset_bytes(name);
     if (!bytes) return fail(bytes.error());
     Result<scene::IesProfile> profile = parse_ies((*bytes)->bytes());
@@ -76,10 +77,10 @@ void warn_old_names(Context& ctx, Prim prim) {
     const auto warn = [&](const char* name) {
         const Attribute old = prim.attribute(name);
         if (!old.is_authored()) return;
-        ctx.warn("old-light-attribute", old,
-                 fmt::format("{0} of a light is left out, as OpenUSD does since 21.02; expected "
-                             "inputs:{0}",
-                             name));
+        ctx.warn(
+            "old-light-attribute", old,
+            fmt::format("{0} of a light is ignored, as by OpenUSD since 21.02; expected inputs:{0}",
+                        name));
     };
     for (const char* name : light_names) warn(name);
     if (is_light_type(prim.type_name().view()) || prim.type_name() == "PortalLight")
@@ -94,8 +95,8 @@ Attribute light_input(Context& ctx, Prim prim, std::string_view name) {
     const materials::ShaderSource source = materials::shader_source(ctx, own);
     if (!source.shader) return source.value.is_valid() ? source.value : own;
     ctx.warn("unsupported-light-shader", own,
-             fmt::format("inputs:{} is connected to <{}>, a light takes values of interfaces only; "
-                         "{} is used",
+             fmt::format("inputs:{} is connected to <{}>, but a light can only read interface "
+                         "inputs; {} is used",
                          name, source.shader.path_string(),
                          own.has_authored_value() ? "its own value" : "its default"));
     return own;
@@ -129,10 +130,11 @@ bool is_good_radiance(Context& ctx, Prim prim, const Vec3d& Le) {
     const bool is_good =
         Le.x >= 0.0 && Le.y >= 0.0 && Le.z >= 0.0 && velatura::is_finite(to_float(Le));
     if (!is_good)
-        ctx.warn("bad-light-value", prim,
-                 fmt::format("emission ({:.6g}, {:.6g}, {:.6g}) is negative or not finite, the "
-                             "light is left out",
-                             Le.x, Le.y, Le.z));
+        ctx.warn(
+            "bad-light-value", prim,
+            fmt::format(
+                "emission ({:.6g}, {:.6g}, {:.6g}) is negative or not finite; the light is skipped",
+                Le.x, Le.y, Le.z));
     return is_good;
 }
 

@@ -114,7 +114,7 @@ void read_portals(Context& ctx, Prim prim, scene::Light& light) {
         if (!portal || portal.type_name().str() != "PortalLight") {
             ctx.warn(
                 "bad-portal", prim,
-                fmt::format("portal <{}> is no PortalLight, it is left out", path.to_string()));
+                fmt::format("portal <{}> is not a PortalLight; it is skipped", path.to_string()));
             continue;
         }
         const Vec3d size(input_number(ctx, portal, "width", 1.0),
@@ -186,7 +186,7 @@ bool read_light(Context& ctx,
     const bool is_area = light.kind != LightKind::Dome && light.kind != LightKind::Distant;
     if (!is_finite(render_from_light) || !keeps_a_surface(render_from_light) ||
         !is_finite(to_float(world_position(render_from_light)))) {
-        ctx.warn("bad-transform", prim, "transform is singular or infinite, the light is left out");
+        ctx.warn("bad-transform", prim, "transform is singular or infinite; the light is skipped");
         return false;
     }
     Vec3d sizes = read_sizes(ctx, prim, light);
@@ -196,7 +196,7 @@ bool read_light(Context& ctx,
     if (is_area && !(size > 0.0) && is_normalized && give_extent(ctx, prim, light, sizes))
         size = world_size(light, sizes, render_from_light);
     if (is_area && !(size > 0.0)) {
-        ctx.warn("light-without-size", prim, "light has no area and emits nothing, it is left out");
+        ctx.warn("light-without-size", prim, "light has no area and emits nothing; it is skipped");
         return false;
     }
     if (is_normalized && light.kind != LightKind::Dome) Le /= size;
@@ -206,7 +206,7 @@ bool read_light(Context& ctx,
     light.shaping = read_shaping(ctx, prim);
     if ((light.shaping.is_active || light.shaping.ies) && !is_area) {
         ctx.warn("unsupported-light-input", prim,
-                 "shaping of a dome or distant light is not supported and is left out");
+                 "shaping of a dome or distant light is not supported; it is ignored");
         light.shaping = scene::Shaping();
     }
     if (light.kind == LightKind::Dome) read_dome(ctx, prim, light);
@@ -216,7 +216,7 @@ bool read_light(Context& ctx,
             read_light_texture(ctx, prim, texture, light);
         else
             ctx.warn("unsupported-light-input", texture,
-                     "only rect and dome lights take a texture, it is left out");
+                     "only rect and dome lights can have a texture; it is ignored");
     }
     light.diffuse_multiplier = float(input_number(ctx, prim, "diffuse", 1.0));
     light.specular_multiplier = float(input_number(ctx, prim, "specular", 1.0));

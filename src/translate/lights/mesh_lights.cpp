@@ -99,8 +99,8 @@ void make_mesh_light(Context& ctx, Prim prim, const Mat4d& holder_from_light, sc
     light.shows_material = sync != MaterialSync::NoResponse;
     if (light.is_tinted_by_glow && !has_glow(ctx, shape))
         ctx.warn("mesh-light-without-glow", prim,
-                 "light tinted by the emission of its material, which emits nothing: it lights "
-                 "nothing (see light:materialSyncMode)");
+                 "light tinted by the emission of its material, which emits nothing; the light "
+                 "emits nothing (see light:materialSyncMode)");
     if (!light.shows_material) {
         shape.material = black_material(ctx);
         if (auto* mesh = std::get_if<scene::Mesh>(&shape.geometry)) mesh->face_materials.clear();

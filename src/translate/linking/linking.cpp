@@ -45,8 +45,8 @@ void warn_idle_expression(Context& ctx, Prim light, const std::string& collectio
         !light.relationship(base + ":includes").targets().empty() ||
         !light.relationship(base + ":excludes").targets().empty())
         ctx.warn("idle-membership-expression", expression,
-                 fmt::format("membershipExpression of {} counts only where includeRoot, true by "
-                             "itself, is false and nothing is included or excluded",
+                 fmt::format("membershipExpression of {} is ignored, because includeRoot (default "
+                             "true) is not false or something is included or excluded",
                              collection));
 }
 
@@ -212,7 +212,7 @@ class Linker {
         if (request.casters != everything) links.casters = sets_[request.casters];
         if (says_something && links.lit == scene::none && links.casters == scene::none)
             ctx_.note_zero(scene::Effect::LightLinking, request.light,
-                           "lightLink and shadowLink hold everything");
+                           "lightLink and shadowLink include everything");
         if (!request.casts_nothing) return;
         // Whatever else is said of its shadows
         const LinkSetId lit = links.lit;

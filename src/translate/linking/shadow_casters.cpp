@@ -202,8 +202,7 @@ class CasterFinder {
             if (!pattern.is_used)
                 ctx_.diagnostics.warn(
                     "casters", {}, {},
-                    fmt::format("--casters {} matches no prim that holds geometry: no caster is "
-                                "called by it",
+                    fmt::format("--casters {} matches no prim with geometry; no caster is created",
                                 pattern.text));
     }
 
@@ -225,12 +224,12 @@ class CasterFinder {
         if (count <= many_casters) return;
         const std::string beyond =
             count > max_casters
-                ? fmt::format("; those after the first {} count as `rest`", max_casters)
+                ? fmt::format("; those after the first {} are in `rest`", max_casters)
                 : "";
         ctx_.diagnostics.warn(
             "many-casters", ctx_.stage.pseudo_root().loc(), "",
-            fmt::format("{} things cast shadows with layers of their own for every light{}; {} on "
-                        "the prims that hold them joins them, --casters chooses some",
+            fmt::format("{} shadow casters have layers for every light{}; join some with {} on "
+                        "their common prim, or choose some with --casters",
                         count, beyond, caster_attribute));
     }
 

@@ -48,7 +48,7 @@ void warn_unknown_inputs(Context& ctx, Prim shader) {
         const std::string input = text.substr(7);
         if (std::find(hair_inputs.begin(), hair_inputs.end(), input) == hair_inputs.end())
             ctx.warn("unknown-shader-input", shader.attribute(text),
-                     fmt::format("VelaturaHair has no input {}, it is left out", input));
+                     fmt::format("VelaturaHair has no input {}; it is ignored", input));
     }
 }
 
@@ -60,7 +60,7 @@ scene::Hair::Absorber read_absorber(Context& ctx, Prim shader) {
     const bool has_coefficient = is_authored(shader, "absorption");
     if (int(has_color) + int(has_melanin) + int(has_coefficient) > 1)
         ctx.warn("several-hair-colors", shader,
-                 fmt::format("several of color, melanin and absorption are authored: {} counts",
+                 fmt::format("color, melanin and absorption are alternatives; {} is used",
                              has_coefficient ? "absorption" : "melanin"));
     if (has_coefficient) return Absorber::Coefficient;
     return has_color && !has_melanin ? Absorber::Color : Absorber::Melanin;

@@ -38,14 +38,14 @@ Rgb usable(
     for (int c = 0; c < 3; ++c) value[c] = read[c] > 0.0f ? std::min(read[c], most) : 0.0f;
     if (value != read)
         ctx.warn("material-out-of-range", from,
-                 fmt::format("{} lies between 0 and {:g}, the nearest is used", what, most));
+                 fmt::format("{} must be in 0 to {:g}; it is clamped", what, most));
     return value;
 }
 
 float usable_anisotropy(Context& ctx, const Attribute& from, std::string_view what, float read) {
     if (std::abs(read) < 1.0f) return read;
     ctx.warn("material-out-of-range", from,
-             fmt::format("{} lies between -1 and 1, the nearest is used", what));
+             fmt::format("{} must be in -1 to 1; it is clamped", what));
     return read > 0.0f ? 1.0f : read < 0.0f ? -1.0f : 0.0f;
 }
 
@@ -56,7 +56,7 @@ Rgb coefficient(NodeGraphReader& graph, Prim shader, std::string_view name) {
     const scene::PatternValue* v = graph.builder.constant_value(p);
     if (v == nullptr) {
         graph.ctx.warn("unsupported-connection", from,
-                       fmt::format("{} cannot vary inside a body, 0 is used", name));
+                       fmt::format("{} cannot vary inside a solid; 0 is used", name));
         return Rgb(0.0f);
     }
     return usable(graph.ctx, from, name, Rgb((*v)[0], (*v)[1], (*v)[2]), max_coefficient);
@@ -67,11 +67,11 @@ Prim find_distribution(NodeGraphReader& graph, Prim shader) {
     if (!is_node(graph.id_of(shader), "ND_volume")) return shader;
     if (graph.connected_shader(shader, "edf"))
         graph.ctx.warn("unsupported-input", shader.attribute("inputs:edf"),
-                       "inputs:edf is not simulated: what fills a body gives no light");
+                       "inputs:edf is not supported: an interior medium does not emit");
     const Prim distribution = graph.connected_shader(shader, "vdf");
     if (!distribution)
         graph.ctx.warn("unconnected-volume", shader,
-                       "inputs:vdf leads to no shader, the volume is left out");
+                       "inputs:vdf is not connected to a shader; the interior medium is skipped");
     return distribution;
 }
 
@@ -87,7 +87,8 @@ std::optional<scene::Matter> read_interior(Context& ctx, Prim material, Material
     NodeGraphReader graph(ctx, entry);
     const Prim shader = shader_source(ctx, output).shader;
     if (!shader) {
-        ctx.warn("unconnected-volume", output, "volume output leads to no shader, it is left out");
+        ctx.warn("unconnected-volume", output,
+                 "volume output is not connected to a shader; it is ignored");
         return std::nullopt;
     }
     const Prim distribution = find_distribution(graph, shader);
@@ -96,8 +97,8 @@ std::optional<scene::Matter> read_interior(Context& ctx, Prim material, Material
     const bool scatters = is_node(id, "ND_anisotropic_vdf");
     if (!scatters && !is_node(id, "ND_absorption_vdf")) {
         ctx.warn("unsupported-material-output", distribution,
-                 fmt::format("volume shader {} is not supported for what fills a body, expected "
-                             "ND_absorption_vdf or ND_anisotropic_vdf; it is left out",
+                 fmt::format("volume shader {} is not supported for an interior medium, expected "
+                             "ND_absorption_vdf or ND_anisotropic_vdf; it is ignored",
                              id.empty() ? "without info:id" : id));
         return std::nullopt;
     }
@@ -147,8 +148,8 @@ void fill_interior(Context& ctx,
     material.matter = medium;
     if (material.thin_walled)
         ctx.warn("needs-body", prim,
-                 "the volume output of a material whose surface is a thin wall means nothing: a "
-                 "wall has no inside");
+                 "the volume output has no effect: the surface of the material is a thin wall, "
+                 "which has no interior");
 }
 
 void check_scatter(Context& ctx, const Attribute& from, scene::Material& material) {
@@ -160,8 +161,8 @@ void check_scatter(Context& ctx, const Attribute& from, scene::Material& materia
     const bool has_inside = material.transmission_depth > 0.0f && !material.thin_walled;
     if (!has_inside && !is_black(material.transmission_scatter))
         ctx.warn("needs-depth", from,
-                 fmt::format("{} needs a transmission depth above 0 and a surface that is no thin "
-                             "wall, it is left out",
+                 fmt::format("{} needs a transmission depth above 0 and a surface that is not a "
+                             "thin wall; it is ignored",
                              name));
 }
 

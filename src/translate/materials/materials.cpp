@@ -65,7 +65,7 @@ void warn_shader_features(Context& ctx, Prim shader) {
         };
         if (!is_in(known_inputs) && !is_in(own_inputs)) {
             ctx.warn("unknown-shader-input", shader.attribute(text),
-                     fmt::format("UsdPreviewSurface has no input {}{}, it is left out", input,
+                     fmt::format("UsdPreviewSurface has no input {}{}; it is ignored", input,
                                  nearest_input(input)));
         }
     }
@@ -107,7 +107,7 @@ void read_subsurface(Context& ctx, InputReader& reader, scene::Material& materia
         float(reader.constant_number("velatura:subsurfaceAnisotropy", 0.0));
     if (material.thin_walled && !is_zero(material.subsurface))
         ctx.warn("needs-body", shader.attribute("inputs:velatura:subsurface"),
-                 "inputs:velatura:subsurface means nothing to a thin wall, which has no inside");
+                 "inputs:velatura:subsurface has no effect on a thin wall, which has no interior");
     if (!(std::abs(material.subsurface_anisotropy) < 1.0f))
         ctx.warn("material-out-of-range", shader.attribute("inputs:velatura:subsurfaceAnisotropy"),
                  "inputs:velatura:subsurfaceAnisotropy is outside (-1, 1) and is clamped");
@@ -115,7 +115,7 @@ void read_subsurface(Context& ctx, InputReader& reader, scene::Material& materia
     if (scene::is_constant(radius) &&
         !(radius.value.x >= 0.0f && radius.value.y >= 0.0f && radius.value.z >= 0.0f))
         ctx.warn("material-out-of-range", shader.attribute("inputs:velatura:subsurfaceRadius"),
-                 "inputs:velatura:subsurfaceRadius is below 0 and counts as 0");
+                 "inputs:velatura:subsurfaceRadius is below 0; 0 is used");
 }
 
 /// What scatters in the body.
@@ -123,9 +123,9 @@ void read_scatter(Context& ctx, InputReader& reader, scene::Material& material) 
     const Attribute attribute = reader.shader.attribute("inputs:velatura:transmissionScatter");
     const scene::Input scatter = reader.color("velatura:transmissionScatter", Rgb(0.0f));
     if (!scene::is_constant(scatter))
-        ctx.warn("unsupported-connection", attribute,
-                 "inputs:velatura:transmissionScatter cannot vary inside a body, its fallback is "
-                 "used");
+        ctx.warn(
+            "unsupported-connection", attribute,
+            "inputs:velatura:transmissionScatter cannot vary inside a solid; its fallback is used");
     material.transmission_scatter = scatter.value;
     material.transmission_anisotropy =
         float(reader.constant_number("velatura:transmissionScatterAnisotropy", 0.0));
@@ -144,8 +144,8 @@ void read_own_inputs(Context& ctx, InputReader& reader, scene::Material& materia
     material.diffuse_transmission = reader.number("velatura:diffuseTransmission", 0.0f);
     if (!is_zero(material.diffuse_transmission) && !material.thin_walled) {
         ctx.warn("needs-thin-walled", shader.attribute("inputs:velatura:diffuseTransmission"),
-                 "inputs:velatura:diffuseTransmission needs inputs:velatura:thinWalled = 1 and is "
-                 "left out: what is behind the surface of a body is its inside");
+                 "inputs:velatura:diffuseTransmission needs inputs:velatura:thinWalled = 1; it is "
+                 "ignored, because a solid has an interior behind its surface");
     }
     const Attribute behind = shader.attribute("inputs:velatura:diffuseTransmissionColor");
     if (behind.has_authored_value() || behind.has_authored_connections()) {
@@ -159,8 +159,8 @@ void read_own_inputs(Context& ctx, InputReader& reader, scene::Material& materia
     read_subsurface(ctx, reader, material);
     if (material.thin_walled && material.transmission_depth > 0.0f) {
         ctx.warn("needs-body", shader.attribute("inputs:velatura:transmissionDepth"),
-                 "inputs:velatura:transmissionDepth means nothing to a thin wall, which has no "
-                 "depth; transmissionColor is what passes it perpendicularly");
+                 "inputs:velatura:transmissionDepth has no effect on a thin wall, which has no "
+                 "depth; transmissionColor is its transmittance at normal incidence");
     }
 }
 
@@ -256,7 +256,7 @@ Prim surface_shader(Context& ctx, Prim material) {
         }
         if (source.shader) return source.shader;
         ctx.warn("unconnected-surface", output,
-                 "surface output leads to no shader, displayColor is shown");
+                 "surface output is not connected to a shader; displayColor is rendered");
         return Prim();
     }
     std::string contexts;
@@ -267,9 +267,9 @@ Prim surface_shader(Context& ctx, Prim material) {
         if (is_surface) contexts += (contexts.empty() ? "" : ", ") + text;
     }
     ctx.warn("unsupported-material", material,
-             contexts.empty() ? "material has no surface output, displayColor is shown"
+             contexts.empty() ? "material has no surface output; displayColor is rendered"
                               : fmt::format("only outputs:surface and outputs:mtlx:surface are "
-                                            "supported, found {}; displayColor is shown",
+                                            "supported, found {}; displayColor is rendered",
                                             contexts));
     return Prim();
 }
@@ -291,8 +291,8 @@ scene::Input read_displacement(Context& ctx, Prim material, Prim surface, Materi
     if (!output.has_authored_connections()) {
         if (is_authored)
             ctx.warn("unconnected-displacement", unused,
-                     "no outputs:displacement of the material leads here, the surface stays where "
-                     "it is");
+                     "no outputs:displacement of the material is connected to this shader; the "
+                     "surface is not displaced");
         return scene::Input(0.0f);
     }
     const Prim shader = shader_source(ctx, output).shader;
@@ -300,7 +300,7 @@ scene::Input read_displacement(Context& ctx, Prim material, Prim surface, Materi
     if (id != "UsdPreviewSurface") {
         ctx.warn("unsupported-material-output", output,
                  fmt::format("outputs:displacement leads to {}, expected a UsdPreviewSurface; the "
-                             "surface stays where it is",
+                             "surface is not displaced",
                              id.empty() ? "no shader" : id));
         return scene::Input(0.0f);
     }
@@ -337,7 +337,7 @@ const MaterialEntry& material_entry(Context& ctx, Prim material) {
     if (!is_surface(ctx, shader)) {
         ctx.warn("unsupported-shader", shader,
                  fmt::format("surface shader {} is not supported, expected UsdPreviewSurface, "
-                             "standard_surface or open_pbr_surface; displayColor is shown",
+                             "standard_surface or open_pbr_surface; displayColor is rendered",
                              id.empty() ? "without info:id" : id));
         return entry;
     }
@@ -361,8 +361,8 @@ void warn_other_purpose(Context& ctx, Prim prim) {
         if (ctx.is_quiet) return;
         ctx.diagnostics.warn(
             "other-material-purpose", binding.relation.loc(), prim.path_string(),
-            fmt::format("{} is a binding of the purpose {} alone, which is not rendered here: what "
-                        "it binds shows its displayColor; --material-purpose {} renders it",
+            fmt::format("{} is a binding of the purpose {} only, which is not rendered; the bound "
+                        "prims use displayColor; --material-purpose {} renders it",
                         binding.relation.path_string(), purpose, purpose));
     }
 }
@@ -376,8 +376,8 @@ bool has_binding(Context& ctx, Prim prim) {
 void warn_if_displaced(Context& ctx, Prim prim, const MaterialEntry& material) {
     if (!material.is_displacing) return;
     ctx.warn("unsupported-displacement", prim,
-             fmt::format("<{}> moves surfaces of meshes only: this {} stays where it is",
-                         material.name, prim.type_name().str()));
+             fmt::format("<{}> displaces meshes only; this {} is not displaced", material.name,
+                         prim.type_name().str()));
 }
 
 const MaterialEntry& bound_material(Context& ctx, Prim prim) {
@@ -388,8 +388,8 @@ const MaterialEntry& bound_material(Context& ctx, Prim prim) {
     const MaterialEntry& entry = material_entry(ctx, binding.material);
     if (entry.is_hair && prim.type_name() != "BasisCurves") {
         ctx.warn("hair-without-curves", prim,
-                 fmt::format("<{}> is hair, which only BasisCurves are: this {} is a matt surface "
-                             "of its color",
+                 fmt::format("<{}> is a hair material, which needs BasisCurves; this {} is "
+                             "rendered as a diffuse surface of its color",
                              entry.name, prim.type_name().str()));
     }
     return entry;

@@ -98,8 +98,8 @@ Port NodeGraphReader::output_of(const ShaderSource& source, Port otherwise) {
     if (const auto it = made_.find(path); it != made_.end()) return it->second;
     if (open_.size() >= deepest || std::find(open_.begin(), open_.end(), path) != open_.end()) {
         ctx.warn("connection-cycle", source.shader,
-                 fmt::format("what goes into <{}> comes out of it, or is deeper than {} nodes",
-                             path, deepest));
+                 fmt::format("the node graph of <{}> has a cycle, or is deeper than {} nodes", path,
+                             deepest));
         return otherwise;
     }
     const std::string id = id_of(source.shader);
@@ -107,8 +107,9 @@ Port NodeGraphReader::output_of(const ShaderSource& source, Port otherwise) {
     const NodeMaker make = find_node_maker(node.name.category);
     if (make == nullptr) {
         ctx.warn("unsupported-shader", source.shader,
-                 fmt::format("shader node {} is not supported, what reads it keeps its default",
-                             id.empty() ? "without info:id" : id));
+                 fmt::format(
+                     "shader node {} is not supported; inputs connected to it keep their defaults",
+                     id.empty() ? "without info:id" : id));
         return otherwise;
     }
     open_.push_back(path);
@@ -134,7 +135,7 @@ std::string NodeGraphReader::constant_text(Prim node,
     const ShaderSource source = shader_source(ctx, input_attribute(node, name));
     if (!source.shader) return read_text(source.value, otherwise, ctx.time);
     ctx.warn("unsupported-connection", input_attribute(node, name),
-             fmt::format("{} must be a value here, its connection is left out", name));
+             fmt::format("{} must be a constant here; its connection is ignored", name));
     return std::string(otherwise);
 }
 
@@ -213,7 +214,7 @@ Port NodeGraphReader::normal_map(Prim node) {
 scene::Input NodeGraphReader::finish(Prim surface, Port p, const Rgb& stand_in) {
     if (const auto input = builder.input(p, stand_in)) return *input;
     ctx.warn("pattern-too-large", surface,
-             fmt::format("a node graph has more than {} steps, its input keeps its default",
+             fmt::format("a node graph has more than {} nodes; its input keeps its default",
                          scene::max_pattern_steps));
     return scene::Input(stand_in);
 }

@@ -32,8 +32,8 @@ void warn_border(const GraphNode& node, const scene::Texture& texture) {
     const auto& d = texture.fallback;
     if (has_border && (d[0] != 0.0f || d[1] != 0.0f || d[2] != 0.0f))
         node.graph.ctx.warn("unsupported-input", node.prim,
-                            "beyond its borders the picture is black, what it gives without a "
-                            "file is for missing files only");
+                            "the image is black beyond its borders; the default value is used for "
+                            "missing files only");
 }
 
 void warn_features(const GraphNode& node, const scene::Texture& texture) {
@@ -45,7 +45,7 @@ void warn_features(const GraphNode& node, const scene::Texture& texture) {
     for (const char* name : {"layer", "framerange"}) {
         if (!node.graph.constant_text(node.prim, name, "").empty())
             ctx.warn("unsupported-input", node.prim,
-                     fmt::format("inputs:{} is not supported and is left out", name));
+                     fmt::format("inputs:{} is not supported; it is ignored", name));
     }
     warn_border(node, texture);
 }
@@ -70,7 +70,7 @@ scene::Texture image_file(const GraphNode& node) {
     scene::Texture texture;
     const auto colors = read_file(node, texture);
     if (texture.authored.empty())
-        ctx.warn("no-texture-file", node.prim, "image without a file gives its default");
+        ctx.warn("no-texture-file", node.prim, "image has no file; its default is used");
     // Without a mark the numbers are taken as they are; only colours have a space at all
     const bool is_color = !node.name.types.empty() && node.name.types[0].starts_with("color");
     texture.colors.curve = scene::SourceColorSpace::Raw;
@@ -82,7 +82,7 @@ scene::Texture image_file(const GraphNode& node) {
         texture.fallback = {v->x, v->y, v->z, otherwise.width == 4 ? v->w : 1.0f};
     } else {
         ctx.warn("unsupported-connection", node.prim,
-                 "inputs:default must be a value here, its connection is left out");
+                 "inputs:default must be a constant here; its connection is ignored");
     }
     return texture;
 }

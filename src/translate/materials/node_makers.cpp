@@ -46,7 +46,7 @@ Port geometric_value(Node n) {
     const std::string name = n.graph.constant_text(n.prim, "geomprop", "");
     const Port fallback = n.in("default", 0.0f);
     if (!name.empty()) return n.graph.primvar(name, fallback, false);
-    n.graph.ctx.warn("no-varname", n.prim, "geompropvalue without geomprop gives its default");
+    n.graph.ctx.warn("no-varname", n.prim, "geompropvalue has no geomprop; its default is used");
     return fallback;
 }
 
@@ -60,7 +60,7 @@ Port primvar_reader(Node n) {
     const Port fallback = n.in("fallback", 0.0f);
     if (!name.empty())
         return n.graph.primvar(name, fallback, !n.graph.is_authored(n.prim, "fallback"));
-    n.graph.ctx.warn("no-varname", n.prim, "primvar reader without varname gives its fallback");
+    n.graph.ctx.warn("no-varname", n.prim, "primvar reader has no varname; its fallback is used");
     return fallback;
 }
 

@@ -71,7 +71,7 @@ void SurfaceReader::refuse(std::string_view name, float neutral) {
     const Port p = graph.any_input(shader, name, builder().constant(neutral));
     if (builder().is_constant(p, neutral)) return;
     graph.ctx.warn("unsupported-input", shader.attribute("inputs:" + std::string(name)),
-                   fmt::format("inputs:{} is not simulated and is left out", name));
+                   fmt::format("inputs:{} is not supported; it is ignored", name));
 }
 
 void SurfaceReader::note_neutral(std::string_view name, Port p, scene::Effect effect) {
@@ -82,7 +82,7 @@ void SurfaceReader::note_neutral(std::string_view name, Port p, scene::Effect ef
 void SurfaceReader::refuse_connected(std::string_view name) {
     if (!graph.connected_shader(shader, name)) return;
     graph.ctx.warn("unsupported-input", shader.attribute("inputs:" + std::string(name)),
-                   fmt::format("inputs:{} is not simulated and is left out", name));
+                   fmt::format("inputs:{} is not supported; it is ignored", name));
 }
 
 void SurfaceReader::warn_unknown(std::span<const std::string_view> known) {
@@ -92,7 +92,7 @@ void SurfaceReader::warn_unknown(std::span<const std::string_view> known) {
         if (std::find(known.begin(), known.end(), text.substr(7)) != known.end()) continue;
         graph.ctx.warn(
             "unknown-shader-input", shader.attribute(text),
-            fmt::format("{} has no input {}, it is left out", graph.id_of(shader), text.substr(7)));
+            fmt::format("{} has no input {}; it is ignored", graph.id_of(shader), text.substr(7)));
     }
 }
 
@@ -136,7 +136,7 @@ void SurfaceReader::read_scatter(scene::Material& m) {
     const PatternValue* v = graph.builder.constant_value(scatter);
     if (v == nullptr) {
         graph.ctx.warn("unsupported-connection", attribute,
-                       "inputs:transmission_scatter cannot vary inside a body and is left out");
+                       "inputs:transmission_scatter cannot vary inside a solid; it is ignored");
         return;
     }
     m.transmission_scatter = Rgb((*v)[0], (*v)[1], (*v)[2]);
@@ -178,7 +178,7 @@ scene::Input read_node_displacement(Context& ctx, Prim shader, MaterialEntry& en
     if (s.graph.id_of(shader) != "ND_displacement_float") {
         ctx.warn("unsupported-shader", shader,
                  fmt::format("displacement by {} is not supported, expected ND_displacement_float; "
-                             "the surface stays where it is",
+                             "the surface is not displaced",
                              s.graph.id_of(shader)));
         return scene::Input(0.0f);
     }

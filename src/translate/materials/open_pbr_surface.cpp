@@ -78,8 +78,8 @@ Port read_coat(SurfaceReader& s, scene::Material& m) {
         s.refuse_connected("geometry_coat_normal");
         if (s.may_be_positive(s.number("coat_darkening", 1.0f)))
             s.graph.ctx.warn("unsupported-input", s.shader,
-                             "inputs:coat_darkening (default 1) is not simulated: what the coat "
-                             "sends back inside keeps its colour");
+                             "inputs:coat_darkening (default 1) is not supported; light reflected "
+                             "inside the coat keeps its color");
     }
     const Port share = b.clamp(weight, b.constant(0.0f), b.constant(1.0f));
     return b.mix(b.color(Rgb(1.0f)), s.color("coat_color", Rgb(1.0f)), share);
@@ -98,10 +98,9 @@ void read_transmission(SurfaceReader& s, Port metalness, Port tint, scene::Mater
         return;
     }
     if (!is_whole)
-        s.graph.ctx.warn(
-            "unsupported-input", s.shader.attribute("inputs:geometry_opacity"),
-            "inputs:geometry_opacity is not simulated beside inputs:transmission_weight "
-            "and is left out");
+        s.graph.ctx.warn("unsupported-input", s.shader.attribute("inputs:geometry_opacity"),
+                         "inputs:geometry_opacity is not supported together with "
+                         "inputs:transmission_weight; it is ignored");
     m.opacity = s.finish(b.invert(share), Rgb(1.0f));
     m.rough_transmission = true;
     if (!m.thin_walled)

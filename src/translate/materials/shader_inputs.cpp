@@ -49,7 +49,7 @@ ShaderSource follow(const usd::stage::Stage& stage,
     // The deepest that has a value serves where the end of the connections has none
     Attribute with_value;
     const auto what_is_used = [&] {
-        return with_value.is_valid() ? "the value on the way there is used"
+        return with_value.is_valid() ? "the value of the last connected attribute is used"
                                      : "the input keeps its default";
     };
     for (int depth = 0; depth < deepest; ++depth) {
@@ -66,7 +66,7 @@ ShaderSource follow(const usd::stage::Stage& stage,
         const std::string name = target.name().str();
         if (!prim || !target.is_property()) {
             complain("unresolved-connection", current,
-                     fmt::format("connection target <{}> is not there, {}", target.to_string(),
+                     fmt::format("connection target <{}> not found; {}", target.to_string(),
                                  what_is_used()));
             return end;
         }
@@ -102,7 +102,7 @@ std::string primvar_name(Context& ctx, Prim reader) {
     const ShaderSource source = shader_source(ctx, reader.attribute("inputs:varname"));
     const std::string name = source.shader ? "" : read_text(source.value, "", ctx.time);
     if (name.empty())
-        ctx.warn("no-varname", reader, "primvar reader without varname gives its fallback");
+        ctx.warn("no-varname", reader, "primvar reader has no varname; its fallback is used");
     return name;
 }
 

@@ -139,7 +139,7 @@ void read_transmission(SurfaceReader& s, Port metalness, const Coat& coat, scene
     if (!is_whole)
         s.graph.ctx.warn(
             "unsupported-input", s.shader.attribute("inputs:opacity"),
-            "inputs:opacity is not simulated beside inputs:transmission and is left out");
+            "inputs:opacity is not supported together with inputs:transmission; it is ignored");
     m.opacity = s.finish(b.invert(share), Rgb(1.0f));
     m.rough_transmission = true;
     m.transmission_depth = float(s.graph.constant_number(s.shader, "transmission_depth", 0.0));

@@ -22,7 +22,7 @@ Attribute input_value(Context& ctx, Prim shader, const std::string& name) {
     const ShaderSource source = shader_source(ctx, attribute);
     if (!source.shader) return source.value;
     ctx.warn("unsupported-connection", attribute,
-             fmt::format("{} must be a value here, its connection is left out", name));
+             fmt::format("{} must be a constant here; its connection is ignored", name));
     return Attribute();
 }
 
@@ -70,7 +70,7 @@ void read_fallback(Context& ctx, Prim shader, MaterialEntry& entry, scene::Textu
     if (id.find("UsdPrimvarReader_") == std::string::npos) {
         ctx.warn("unsupported-connection", attribute,
                  fmt::format("fallback comes from a node of type {}, expected a primvar reader; "
-                             "its connection is left out",
+                             "its connection is ignored",
                              id.empty() ? "unknown" : id));
         return;
     }
@@ -177,7 +177,7 @@ scene::Texture read_texture_file(Context& ctx, Prim shader, MaterialEntry& entry
         texture.file = file.resolved_asset_path(ctx.time);
     }
     if (texture.authored.empty())
-        ctx.warn("no-texture-file", shader, "texture without a file gives its fallback");
+        ctx.warn("no-texture-file", shader, "texture has no file; its fallback is used");
     texture.wrap_s = wrap_mode(ctx, shader, "wrapS");
     texture.wrap_t = wrap_mode(ctx, shader, "wrapT");
     texture.colors = texture_colors(ctx, shader);

@@ -56,11 +56,10 @@ std::vector<Mat4d> ordered_joints(Context& ctx,
             missing = (*order)[j].str();
     }
     if (!missing.empty())
-        ctx.warn(
-            "bad-skel-binding", prim,
-            fmt::format("skel:joints names \"{}\", which is no joint of <{}>; such joints move "
-                        "nothing",
-                        missing, binding.skeleton.path_string()));
+        ctx.warn("bad-skel-binding", prim,
+                 fmt::format("skel:joints names \"{}\", which is not a joint of <{}>; such joints "
+                             "have no effect",
+                             missing, binding.skeleton.path_string()));
     return joints;
 }
 
@@ -148,10 +147,9 @@ void read_blend_shapes(Context& ctx,
     const auto names = binding.blend_shapes.get<std::vector<Token>>();
     const auto targets = binding.blend_targets.forwarded_targets();
     if (!names || names->size() != targets.size()) {
-        ctx.warn(
-            "bad-blend-shapes", binding.blend_shapes,
-            fmt::format("{} skel:blendShapes, but {} skel:blendShapeTargets; they are left out",
-                        names ? names->size() : 0, targets.size()));
+        ctx.warn("bad-blend-shapes", binding.blend_shapes,
+                 fmt::format("{} skel:blendShapes, but {} skel:blendShapeTargets; they are ignored",
+                             names ? names->size() : 0, targets.size()));
         return;
     }
     std::unordered_map<Token, double> weights;
@@ -175,7 +173,7 @@ void read_blend_shapes(Context& ctx,
             pose.offsets.resize(kept);
             ctx.warn("bad-blend-shapes", target,
                      fmt::format("offsets do not fit pointIndices or the {} points of <{}>; the "
-                                 "shape is left out",
+                                 "blend shape is ignored",
                                  points, prim.path_string()));
             break;
         }
@@ -250,7 +248,7 @@ std::optional<Pose> read_pose(Context& ctx, Prim prim, Prim frame) {
     if (!is_point_based) {
         if (has_joints && !binding->is_rigid)
             ctx.warn("bad-skel-binding", binding->joint_indices,
-                     fmt::format("a {} has no points, only constant joint indices can move it",
+                     fmt::format("a {} has no points; only constant joint indices can move it",
                                  prim.type_name().str()));
         return pose.is_rigid ? std::optional<Pose>(pose) : std::nullopt;
     }

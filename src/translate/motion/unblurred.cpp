@@ -75,11 +75,11 @@ void warn_if_it_moves(Context& ctx, Prim prim, Prim frame) {
     });
     if (!is_carried && !deforms(ctx, prim, frame, *shutter)) return;
     ctx.note_not_simulated(scene::Effect::TransformBlur, prim, "moves while the shutter is open");
-    ctx.warn("unsupported-motion-blur", prim,
-             fmt::format("a {} that moves while the shutter is open{} is rendered as it is at the "
-                         "frame's instant: what gives light, holds volumes or is carried by a "
-                         "joint that moves what is above it is not blurred",
-                         prim.type_name().str(), prim.is_instance() ? " as an instance" : ""));
+    ctx.warn(
+        "unsupported-motion-blur", prim,
+        fmt::format("a moving {}{} is rendered without motion blur, at the frame time: lights, "
+                    "volumes and prims bound to a joint that moves their ancestors are not blurred",
+                    prim.type_name().str(), prim.is_instance() ? " as an instance" : ""));
 }
 
 bool changes_shape(Context& ctx, Prim prim, Prim frame) {
@@ -91,12 +91,12 @@ void warn_if_it_deforms(Context& ctx, Prim prim, Prim frame) {
     if (!changes_shape(ctx, prim, frame)) return;
     ctx.note_not_simulated(scene::Effect::DeformationBlur, prim,
                            "changes its shape while the shutter is open");
-    ctx.warn("unsupported-motion-blur", prim,
-             fmt::format("a {} that changes its shape while the shutter is open has that of the "
-                         "frame's instant: only meshes change theirs, and Points, up to a million, "
-                         "that are the same ones all the time, whose material does not "
-                         "read their position and that are not bound to a skeleton",
-                         prim.type_name().str()));
+    ctx.warn(
+        "unsupported-motion-blur", prim,
+        fmt::format("a deforming {} is rendered without deformation blur, with its shape at the "
+                    "frame time; supported are meshes, and up to a million Points with constant "
+                    "ids, a material that does not read their position, and no skeleton",
+                    prim.type_name().str()));
 }
 
 }  // namespace velatura::translate::motion

@@ -45,7 +45,7 @@ std::vector<double> read_aligned(Context& ctx,
     if (!read_rows(attribute.value(held), rows, width) || rows.empty()) return {};
     const auto refuse = [&](const std::string& why) {
         ctx.warn("unused-velocities", attribute,
-                 fmt::format("{} {}; they are ignored, {} goes from sample to sample",
+                 fmt::format("{} {}; they are ignored, and {} is interpolated between samples",
                              attribute.name().str(), why, carried.name().str()));
         return std::vector<double>();
     };
@@ -65,7 +65,7 @@ std::vector<double> read_aligned(Context& ctx,
     }
     if (infinite > 0)
         ctx.warn("bad-velocities", attribute,
-                 fmt::format("{} numbers of {} are not finite, they count as 0", infinite,
+                 fmt::format("{} values of {} are not finite; they are set to 0", infinite,
                              attribute.name().str()));
     return rows;
 }

@@ -93,7 +93,7 @@ class OpticsReader {
             value[c] = std::isfinite(read[c]) ? std::clamp(read[c], least, most) : fallback[c];
         if (value != read)
             ctx_.warn("volume-optics", from,
-                      fmt::format("{} of a volume lies between {:g} and {:g}, the nearest is used",
+                      fmt::format("{} of a volume must be in {:g} to {:g}; it is clamped",
                                   input.own, least, most));
         return value;
     }
@@ -109,11 +109,13 @@ class OpticsReader {
             const Prim shader = materials::shader_source(ctx_, output).shader;
             if (!shader)
                 ctx_.warn("unconnected-volume", output,
-                          "volume output leads to no shader, the volume's own attributes count");
+                          "volume output is not connected to a shader; the volume's own attributes "
+                          "are used");
             return shader;
         }
-        ctx_.warn("unsupported-material", binding.material,
-                  "material of a volume has no volume output, the volume's own attributes count");
+        ctx_.warn(
+            "unsupported-material", binding.material,
+            "material of a volume has no volume output; the volume's own attributes are used");
         return Prim();
     }
 
@@ -128,8 +130,8 @@ class OpticsReader {
     void read_shader_fields() {
         const std::string id = read_text(shader_.attribute("info:id"), "", ctx_.time);
         ctx_.warn("unsupported-shader", shader_,
-                  fmt::format("volume shader {} is not run: of its inputs those count that "
-                              "Velatura knows by name (docs/reference/volumes.md)",
+                  fmt::format("volume shader {} is not supported; only inputs with the names in "
+                              "docs/reference/volumes.md are used",
                               id.empty() ? "without info:id" : id));
         for (const auto& property : shader_.property_names()) {
             const std::string& text = property.str();
@@ -137,7 +139,7 @@ class OpticsReader {
             const std::string name = text.substr(7);
             if (!is_input(name))
                 ctx_.warn("unknown-shader-input", shader_.attribute(text),
-                          fmt::format("input {} of a volume shader is left out", name));
+                          fmt::format("input {} of a volume shader is ignored", name));
         }
         for (const FieldInput& input : field_inputs) {
             const materials::ShaderSource source = materials::shader_source(
@@ -168,7 +170,7 @@ class OpticsReader {
         if (id.rfind("UsdPrimvarReader_", 0) != 0) {
             ctx_.warn("unsupported-connection", attribute,
                       fmt::format("{} of a volume comes from a node of type {}, which is not "
-                                  "supported; it is left out",
+                                  "supported; it is ignored",
                                   name, id.empty() ? "unknown" : id));
             return Attribute();
         }
@@ -186,7 +188,7 @@ class OpticsReader {
             const auto is_it = [&](const OpticsInput& i) { return i.own == name; };
             if (std::none_of(own_attributes.begin(), own_attributes.end(), is_it))
                 ctx_.warn("unknown-attribute", volume_.attribute(text),
-                          fmt::format("{} is no attribute of a volume, it is left out", text));
+                          fmt::format("{} is not an attribute of a volume; it is ignored", text));
         }
     }
 

@@ -33,10 +33,10 @@ std::map<std::string, Prim> field_prims(Context& ctx, Prim volume) {
         if (!field) {
             ctx.warn(
                 "volume-field", volume,
-                fmt::format("{} leads to <{}>, which is not there", name, targets[0].to_string()));
+                fmt::format("{} targets <{}>, which does not exist", name, targets[0].to_string()));
         } else if (field.type_name() != "OpenVDBAsset") {
             ctx.warn("volume-field", field,
-                     fmt::format("{} leads to a {}, expected an OpenVDBAsset; it is left out", name,
+                     fmt::format("{} targets a {}, expected an OpenVDBAsset; it is ignored", name,
                                  field.type_name().str()));
         } else {
             out.emplace(name.substr(field_prefix.size()), field);
@@ -80,7 +80,7 @@ uint32_t field_index(Context& ctx, Prim prim, FieldRole role) {
     field.index = read_int(prim.attribute("fieldIndex"), 0, ctx.time);
     if (usd::stage::local_transform(prim, ctx.time).matrix != Mat4d())
         ctx.warn("volume-field", prim,
-                 "a transform of a field is not used: fields stand where their volume does");
+                 "transforms of fields are ignored; fields have the transform of their volume");
     const std::string key = fmt::format("{}|{}|{}|{}|{}", field.file, field.grid, field.index,
                                         role == FieldRole::Color, int(field.kind));
     const auto [at, is_new] =
@@ -174,9 +174,8 @@ void read_fields(Context& ctx,
         }
         uint32_t& index = slot(volume, *role);
         if (index != scene::none) {
-            ctx.warn(
-                "volume-field", prim,
-                fmt::format("field:{} is not used: another field is there for the same", name));
+            ctx.warn("volume-field", prim,
+                     fmt::format("field:{} is not used: another field has the same role", name));
             continue;
         }
         index = field_index(ctx, field, *role);
@@ -187,7 +186,7 @@ void read_fields(Context& ctx,
 
 std::optional<scene::Volume> read_volume(Context& ctx, Prim prim, const Mat4d& matrix) {
     if (determinant3(matrix) == 0.0) {
-        ctx.warn("bad-transform", prim, "transform flattens the volume, it is left out");
+        ctx.warn("bad-transform", prim, "transform flattens the volume; it is skipped");
         return std::nullopt;
     }
     scene::Volume volume;
@@ -199,10 +198,10 @@ std::optional<scene::Volume> read_volume(Context& ctx, Prim prim, const Mat4d& m
     const auto level_set = find_level_set(ctx, fields);
     if (level_set != fields.end()) {
         if (fields.size() > 1)
-            ctx.warn("volume-field", prim,
-                     fmt::format("field:{} is a level set, a surface: the other fields of the "
-                                 "volume are not used",
-                                 level_set->first));
+            ctx.warn(
+                "volume-field", prim,
+                fmt::format("field:{} is a level set; the other fields of the volume are not used",
+                            level_set->first));
         volume.density = field_index(ctx, level_set->second, FieldRole::Density);
         volume.optics.blackbody = 0.0f;
         read_surface(ctx, prim, scene::GridKind::LevelSet, volume);
@@ -212,8 +211,7 @@ std::optional<scene::Volume> read_volume(Context& ctx, Prim prim, const Mat4d& m
     volume.optics = read_volume_optics(ctx, prim, roles);
     read_fields(ctx, prim, fields, roles, volume);
     if (volume.density == scene::none && volume.emission == scene::none) {
-        ctx.warn("volume-field", prim,
-                 "a volume without a density and without heat is nothing, it is left out");
+        ctx.warn("volume-field", prim, "the volume has neither density nor heat; it is skipped");
         return std::nullopt;
     }
     if (volume.temperature == scene::none) volume.optics.blackbody = 0.0f;

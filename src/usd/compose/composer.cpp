@@ -186,11 +186,11 @@ void Composer::exhaust(Path path) {
     is_exhausted_ = true;
     const std::string message =
         prim_count_ >= options_.max_prims
-            ? fmt::format("limit of {} prims reached (--limit prims); the rest is left out",
+            ? fmt::format("limit of {} prims reached; the rest is skipped; raise --limit prims",
                           options_.max_prims)
             : fmt::format(
-                  "limit of {} composed sites for {} specs reached (--limit prims-per-spec); the "
-                  "rest is left out",
+                  "limit of {} composed sites for {} specs reached; the rest is skipped; raise "
+                  "--limit prims-per-spec",
                   node_limit(), spec_count_);
     errors_.add({ErrorKind::CapacityExceeded, path, root_stack_->identifier(), path, message,
                  site_loc(*root_stack_, path)},

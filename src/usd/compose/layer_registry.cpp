@@ -55,9 +55,10 @@ Result<LayerPtr> read_layer(const AssetBytesPtr& asset,
     for (const LayerFormat& format : formats) {
         if (!start.starts_with(format.magic)) continue;
         if (!reads_materialx && format.read == &materialx::read_materialx_layer)
-            return Error{
-                "usd-format-unknown",
-                fmt::format("\"{}\" is a MaterialX document, which is not read here", file)};
+            return Error{"usd-format-unknown",
+                         fmt::format("\"{}\" is a MaterialX document, which is not read here; use "
+                                     "--materialx with info and flatten",
+                                     file)};
         return format.read(asset, file, diagnostics);
     }
     return Error{
@@ -153,7 +154,7 @@ const Result<LayerPtr>* LayerRegistry::find(const std::string& file) const {
 LayerRegistry::Loaded LayerRegistry::load(const std::string& file) const {
     Loaded loaded{file, LayerPtr(), std::make_unique<Diagnostics>(diagnostics_)};
     if (file.empty()) {
-        loaded.layer = Error{"file-not-found", "the asset path gives no file"};
+        loaded.layer = Error{"file-not-found", "the asset path does not resolve to a file"};
         return loaded;
     }
     Result<AssetBytesPtr> asset = open_asset_bytes(file);

@@ -77,8 +77,8 @@ class TargetComposer {
         }
         if (path.is_empty()) {
             fail(ErrorKind::InvalidExternalTargetPath, path,
-                 fmt::format("target <{}> lies outside of what the {} brings in",
-                             target.to_string(), arc_name(node().arc)));
+                 fmt::format("target <{}> is outside the scope of the {}", target.to_string(),
+                             arc_name(node().arc)));
             return std::nullopt;
         }
         if (composer_ && targets_own_instance(target, path)) {
@@ -135,7 +135,7 @@ std::vector<PropertySite> property_stack(const PrimIndex& index,
                 const bool is_attribute = spec->kind() == SpecKind::Attribute;
                 errors->push_back({ErrorKind::InconsistentPropertyType,
                                    index.path().append_property(name), n.stack->identifier(), path,
-                                   fmt::format("{} is ignored: a stronger layer says {}",
+                                   fmt::format("{} is ignored: a stronger layer has {}",
                                                is_attribute ? "an attribute" : "a relationship",
                                                is_attribute ? "a relationship" : "an attribute"),
                                    spec->loc()});

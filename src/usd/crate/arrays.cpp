@@ -206,9 +206,8 @@ bool read_array(
         is_read = true;
     });
     if (is_known) return is_read;
-    problem = {rep.payload(), fmt::format("found an array of type {}, expected a type that arrays "
-                                          "may have",
-                                          int(rep.type()))};
+    problem = {rep.payload(),
+               fmt::format("found an array of type {}, expected an array type", int(rep.type()))};
     return false;
 }
 

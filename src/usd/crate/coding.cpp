@@ -205,7 +205,7 @@ void compress(std::string_view plain, std::string& out) {
         out.resize(start + size_t(bound));
         const int n =
             LZ4_compress_default(part.data(), out.data() + start, int(part.size()), bound);
-        VELATURA_CHECK(n > 0, "LZ4 fills a buffer of the size it asks for");
+        VELATURA_CHECK(n > 0, "LZ4 output fits its own bound");
         out.resize(start + size_t(n));
         return int32_t(n);
     };

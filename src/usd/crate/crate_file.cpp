@@ -252,7 +252,7 @@ void StructureReader::field_sets(Cursor& c, Structure& out) {
     }
     if (!c.ok()) return;
     if (!out.field_sets.empty() && out.field_sets.back() != field_set_end) {
-        c.fail_at(start, "an open set of fields at the end", "its end mark");
+        c.fail_at(start, "an unterminated set of fields", "its end mark");
         return;
     }
     for (const uint32_t f : out.field_sets) {

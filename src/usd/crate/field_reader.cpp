@@ -95,7 +95,7 @@ bool FieldReader::read_time_samples(Cursor& c, Value& out) {
             fmt::format("found {} times for {} samples, expected as many", times.size(), n));
     }
     if (std::any_of(times.begin(), times.end(), [](double t) { return t != t; })) {
-        return context_.fail(times_at, "found a sample at no time, expected a number");
+        return context_.fail(times_at, "found a sample with an invalid time, expected a number");
     }
     out = Value(make_time_samples(context_.file, std::move(times), values_at));
     return true;

@@ -111,7 +111,7 @@ void walk(CrateFile& file,
         for (bool goes_on = true; goes_on;) {
             // Jumps may lead anywhere: what is visited twice makes more entries than there are
             if (++entries > max_entries) {
-                c.fail("paths that lead back to one another", "a tree");
+                c.fail("paths in a cycle", "a tree");
                 return;
             }
             uint64_t next = 0;

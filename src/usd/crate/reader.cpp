@@ -144,7 +144,7 @@ const Value* LayerBuilder::value_of(uint32_t field, Path path) {
         f.is_good = values_.read(entry.value, f.value);
         if (!f.is_good) {
             const Problem& p = values_.problem();
-            error(path, fmt::format("{} at byte {}; field '{}' is left out", p.message, p.at,
+            error(path, fmt::format("{} at byte {}; field '{}' is skipped", p.message, p.at,
                                     file_->tokens[entry.token].str()));
         }
     }
@@ -179,9 +179,10 @@ void LayerBuilder::add_fields(Spec& spec, Path path, uint32_t field_set) {
         const FieldUse use = convert_field(spec.kind(), name, value);
         if (use == FieldUse::Keep) collected_.push_back({name, std::move(value), file_->loc()});
         if (use == FieldUse::Wrong) {
-            error(path, fmt::format("found another type of value in field '{}', expected its own; "
-                                    "it is left out",
-                                    name.str()));
+            error(path,
+                  fmt::format(
+                      "found another type of value in field '{}', expected its own; it is skipped",
+                      name.str()));
         }
     }
     std::stable_sort(collected_.begin(), collected_.end(),
@@ -252,7 +253,7 @@ void LayerBuilder::add_children(const ChildList& list) {
     if (!value) return;
     if (!value->holds_array<Token>() || !may_have_children(list.parent->kind(), field)) {
         error(list.path, fmt::format("found a list of children '{}' that the spec cannot have, "
-                                     "expected names of its children; it is left out",
+                                     "expected names of its children; it is skipped",
                                      field.str()));
         return;
     }
@@ -277,10 +278,9 @@ void LayerBuilder::drop_unlisted() {
         ++dropped;
     }
     if (dropped > 0) {
-        warn(
-            fmt::format("found {} specs that no parent names as its child, expected none; they "
-                        "are left out",
-                        dropped));
+        warn(fmt::format(
+            "found {} specs that no parent names as its child, expected none; they are skipped",
+            dropped));
     }
 }
 
@@ -293,20 +293,19 @@ bool LayerBuilder::build() {
     if (bad_specs_ > 0) {
         warn(
             fmt::format("found {} specs that are unknown, repeated or at paths they cannot have, "
-                        "expected none; they are left out",
+                        "expected none; they are skipped",
                         bad_specs_));
     }
     if (structure_.bad_paths > 0) {
         warn(
-            fmt::format("found {} paths with names that none may have, expected identifiers; what "
-                        "they stand for is left out",
+            fmt::format("found {} paths with invalid names, expected identifiers; the specs at "
+                        "these paths are skipped",
                         structure_.bad_paths));
     }
     if (bad_children_ > 0) {
-        warn(
-            fmt::format("found {} names of children that do not exist, expected none; they are "
-                        "left out",
-                        bad_children_));
+        warn(fmt::format(
+            "found {} names of children that do not exist, expected none; they are skipped",
+            bad_children_));
     }
     return true;
 }

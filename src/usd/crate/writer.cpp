@@ -158,10 +158,10 @@ void FileWriter::add_spec(Path path, const Spec& spec) {
         if (is_packed) add_field(set, field.name, rep);
         note_zero_byte(path, field.name);
         if (is_packed) continue;
-        diagnostics_.warn("usd-crate-unwritable", field.loc, path.to_string(),
-                          fmt::format("found a value of field '{}' that crates have no type for, "
-                                      "expected another; it is left out",
-                                      field.name.str()));
+        diagnostics_.warn(
+            "usd-crate-unwritable", field.loc, path.to_string(),
+            fmt::format("found a value of field '{}' whose type .usdc cannot store; it is skipped",
+                        field.name.str()));
     }
     // Relationships that do not say are uniform in text but varying in crates
     const Token variability = layer::fields().variability;

@@ -89,7 +89,7 @@ Result<void> Including::add(std::string_view bytes,
     }
     if (!root->attribute("namespace").empty()) {
         diagnostics.warn("mtlx-unsupported", root->loc, "",
-                         fmt::format("namespace {} is left out, names stay as they are",
+                         fmt::format("namespace {} is ignored; names stay as they are",
                                      root->attribute("namespace")));
     }
     if (depth == 0) {

@@ -193,7 +193,7 @@ Path GraphAuthor::source_of(const XmlElement& port,
         target = find_graph(graph_name);
         if (target == nullptr || !scope.is_document) {
             warn(port, "mtlx-missing",
-                 fmt::format("there is no nodegraph \"{}\" here, {} keeps its value", graph_name,
+                 fmt::format("nodegraph \"{}\" not found; {} keeps its value", graph_name,
                              port.attribute("name")));
             return Path();
         }
@@ -201,7 +201,7 @@ Path GraphAuthor::source_of(const XmlElement& port,
         target = node_in(*scope.nodes, node_name);
         if (target == nullptr) {
             warn(port, "mtlx-missing",
-                 fmt::format("there is no node \"{}\" here, {} keeps its value", node_name,
+                 fmt::format("node \"{}\" not found; {} keeps its value", node_name,
                              port.attribute("name")));
             return Path();
         }
@@ -215,7 +215,7 @@ Path GraphAuthor::source_of(const XmlElement& port,
         if (outputs_followed < most_outputs_in_a_row)
             return source_of(*named->second, scope, outputs_followed + 1);
         warn(port, "mtlx-cycle",
-             fmt::format("outputs lead to outputs more than {} times: a cycle?",
+             fmt::format("outputs are chained more than {} times; is there a cycle?",
                          most_outputs_in_a_row));
         return Path();
     } else {
@@ -262,7 +262,7 @@ void GraphAuthor::author_value(const XmlElement& input,
     for (const char* unread : {"channels", "member", "valuecurve", "unit"}) {
         if (input.attribute(unread).empty()) continue;
         warn(input, "mtlx-unsupported",
-             fmt::format("{} of input {} is not supported and is left out", unread, name));
+             fmt::format("{} of input {} is not supported; it is ignored", unread, name));
     }
     // UsdUVTexture has colors and numbers: only a mark of its own says which its file holds
     const bool is_uv_texture = node.name == "UsdUVTexture";
@@ -326,7 +326,7 @@ void GraphAuthor::author_inputs(const XmlElement& node, Path prim, const NodeSco
         } else if (input.name == "parameter") {
             warn(input, "mtlx-unsupported",
                  fmt::format("parameter {} belongs to MaterialX 1.37 and older, expected input; it "
-                             "is left out",
+                             "is ignored",
                              input.attribute("name")));
         }
     }
@@ -335,9 +335,8 @@ void GraphAuthor::author_inputs(const XmlElement& node, Path prim, const NodeSco
 Path GraphAuthor::author_node(const XmlElement& node, const NodeScope& scope, bool with_inputs) {
     if (layer_.spec_count() > most_specs) {
         if (!is_too_large_)
-            warn(
-                node, "mtlx-too-large",
-                fmt::format("more than {} attributes and prims, the rest is left out", most_specs));
+            warn(node, "mtlx-too-large",
+                 fmt::format("more than {} attributes and prims; the rest is skipped", most_specs));
         is_too_large_ = true;
         return Path();
     }
@@ -366,7 +365,7 @@ Path GraphAuthor::author_custom(const XmlElement& node,
     const Path prim = define_prim(scope.prim, node.attribute("name"), "NodeGraph", node.loc);
     if (custom_depth_ >= deepest_custom_node) {
         warn(node, "mtlx-cycle",
-             fmt::format("nodes stand for graphs of nodes deeper than {}: a cycle?",
+             fmt::format("node graphs are nested deeper than {}; is there a cycle?",
                          deepest_custom_node));
         return prim;
     }

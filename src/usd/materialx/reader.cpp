@@ -125,7 +125,7 @@ Result<std::shared_ptr<layer::Layer>> read_materialx_layer(const AssetBytesPtr& 
                                    "geominfo", "volumematerial"}) {
             if (element.name == unread)
                 graphs.warn(element, "mtlx-unsupported",
-                            fmt::format("<{}> is not supported and is left out", unread));
+                            fmt::format("<{}> is not supported; it is ignored", unread));
         }
     }
     return layer;

@@ -96,7 +96,7 @@ Result<XmlElement> read_xml(std::string_view bytes,
     building.first_column = space.size() - (space.rfind('\n') + 1);
     bytes.remove_prefix(start);
     const ParserPtr parser(XML_ParserCreate(nullptr));
-    if (!parser) return fail({building.file_id, 1, 1}, "no memory to read XML");
+    if (!parser) return fail({building.file_id, 1, 1}, "out of memory while reading XML");
     building.parser = parser.get();
     building.open = {&building.document};
     XML_SetUserData(parser.get(), &building);

@@ -34,7 +34,7 @@ std::string evaluate_asset(const std::string& authored,
     if (const std::string* path = result.as_string()) return *path;
     if (!result.has_error() && (!result.value.is_empty() || result.is_empty_list)) {
         diagnostics.warn("usd-expression", loc, prim_path,
-                         fmt::format("asset path {} does not come to a string", authored));
+                         fmt::format("asset path {} does not evaluate to a string", authored));
     }
     return {};
 }

@@ -88,10 +88,10 @@ class SiteReader {
         for (const auto& entry : clips.entries) {
             const Dictionary* own = entry.second.get_if<Dictionary>();
             if (!own || entry.first.empty()) {
-                diagnostics_.warn("usd-bad-clips", loc, prim_.path.to_string(),
-                                  fmt::format("clip set \"{}\" is no dictionary with a name and is "
-                                              "ignored",
-                                              entry.first));
+                diagnostics_.warn(
+                    "usd-bad-clips", loc, prim_.path.to_string(),
+                    fmt::format("clip set \"{}\" is not a named dictionary; it is ignored",
+                                entry.first));
                 continue;
             }
             Draft& draft = drafts_[entry.first];

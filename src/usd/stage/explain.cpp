@@ -167,7 +167,7 @@ Explanation explain_attribute(const Attribute& attribute, TimeCode time) {
             add_note(opinion, "hides weaker time samples and splines");
         } else if (!counts_at(said, at_default, animation_blocked)) {
             add_note(opinion, animation_blocked ? "hidden by an animation block"
-                                                : "does not count at the default time");
+                                                : "ignored at the default time");
         } else {
             opinion.decides = decided = true;
             winner = said;
@@ -188,8 +188,8 @@ Explanation explain_attribute(const Attribute& attribute, TimeCode time) {
     }
     switch (winner.source) {
         case ValueSource::None:
-            result.reason = fallback ? "nothing that counts is authored: the schema's fallback"
-                                     : "nothing that counts is authored";
+            result.reason = fallback ? "no effective opinion is authored: the schema's fallback"
+                                     : "no effective opinion is authored";
             break;
         case ValueSource::Blocked:
             result.reason = fallback ? "the strongest opinion is None: the schema's fallback"
@@ -197,7 +197,7 @@ Explanation explain_attribute(const Attribute& attribute, TimeCode time) {
             break;
         default:
             result.reason =
-                fmt::format("{} of the strongest opinion that counts at {}",
+                fmt::format("{} of the strongest effective opinion at {}",
                             value_opinion(prim, attribute.name(), winner).what, time_text(time));
     }
     add_connections(attribute, result);
@@ -299,7 +299,7 @@ Explanation explain_stage_metadata(const Stage& stage, const std::string& key) {
 }
 
 Error unknown(std::string_view object) {
-    return {"unknown-object", fmt::format("there is no prim or property <{}>", object)};
+    return {"unknown-object", fmt::format("prim or property <{}> not found", object)};
 }
 
 }  // namespace
@@ -315,8 +315,9 @@ Result<Explanation> explain(const Stage& stage, std::string_view object, TimeCod
     const bool is_list_of_paths = key == layer::fields().target_paths.view() ||
                                   key == layer::fields().connection_paths.view();
     if (is_composition_field(Token(key))) {
-        return Error{"unknown-object", fmt::format("{} is composition, not metadata: ask for <{}>",
-                                                   key, path.prim_path().to_string())};
+        return Error{"unknown-object",
+                     fmt::format("{} is composition, not metadata; use --explain <{}>", key,
+                                 path.prim_path().to_string())};
     }
     if (!path.is_property())
         return key.empty() ? explain_prim(prim) : explain_metadata(prim, Token(), key);

@@ -264,7 +264,7 @@ PathExpressionNode membership_expression(const Prim& prim, std::string_view attr
         if (!unknown.empty()) {
             prim.diagnostics().warn(
                 "usd-path-expression", loc, prim.path_string(),
-                fmt::format("predicate \"{}\" of {} is not known and matches nothing", unknown,
+                fmt::format("unknown predicate \"{}\" of {}; it matches nothing", unknown,
                             attribute));
         }
     }

@@ -53,9 +53,10 @@ std::vector<Path> composed_paths(const Prim& prim, Token property, Token field) 
             if (!is_listed(op->deleted) && !is_listed(op->ordered)) {
                 prim.diagnostics().warn(
                     "usd-target-out-of-scope", authored->loc, prim.path_string(),
-                    fmt::format("target <{}> of {} lies outside of the {} from <{}> and is ignored",
-                                path.to_string(), property.str(), compose::arc_name(node.arc),
-                                prim.path_string()));
+                    fmt::format(
+                        "target <{}> of {} is outside the scope of the {} from <{}>; it is ignored",
+                        path.to_string(), property.str(), compose::arc_name(node.arc),
+                        prim.path_string()));
             }
             return std::nullopt;
         });

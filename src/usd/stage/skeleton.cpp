@@ -66,11 +66,10 @@ void inherit(SkelBinding& binding, bool& is_skeleton_decided, const Prim& prim) 
 bool read_influences(SkelBinding& binding, const Prim& prim) {
     if (!binding.joint_indices.is_valid() || !binding.joint_weights.is_valid()) {
         if (binding.joint_indices.is_valid() != binding.joint_weights.is_valid())
-            warn(
-                prim, "usd-skel-influences",
-                (binding.joint_indices.is_valid() ? binding.joint_indices : binding.joint_weights)
-                    .loc(),
-                "jointIndices and jointWeights must both be authored, joints do not move the prim");
+            warn(prim, "usd-skel-influences",
+                 (binding.joint_indices.is_valid() ? binding.joint_indices : binding.joint_weights)
+                     .loc(),
+                 "jointIndices and jointWeights must both be authored, the prim is not skinned");
         return false;
     }
     const Primvar indices = as_primvar(binding.joint_indices, Interpolation::Constant);
@@ -81,7 +80,7 @@ bool read_influences(SkelBinding& binding, const Prim& prim) {
         indices.interpolation != weights.interpolation || !is_known) {
         warn(prim, "usd-skel-influences", binding.joint_indices.loc(),
              fmt::format("jointIndices ({}, elementSize {}) and jointWeights ({}, elementSize {}) "
-                         "must agree and be constant or vertex, joints do not move the prim",
+                         "must agree and be constant or vertex, the prim is not skinned",
                          interpolation_name(indices.interpolation), indices.element_size,
                          interpolation_name(weights.interpolation), weights.element_size));
         return false;
@@ -194,8 +193,8 @@ std::optional<std::vector<Mat4d>> local_matrices(const Prim& skeleton,
     const auto rest = attribute.get<std::vector<layer::Mat4d>>();
     if (!rest || rest->size() != joints.size()) {
         warn(skeleton, "usd-skel-rest", attribute.loc(),
-             fmt::format("{} joints, but {} restTransforms; the skeleton moves nothing",
-                         joints.size(), rest ? rest->size() : 0));
+             fmt::format("{} joints, but {} restTransforms; the skeleton is ignored", joints.size(),
+                         rest ? rest->size() : 0));
         return std::nullopt;
     }
     for (size_t j = 0; j < joints.size(); ++j)
@@ -213,8 +212,8 @@ std::vector<Mat4d> skinning_matrices(const Prim& skeleton,
     const auto bind = attribute.get<std::vector<layer::Mat4d>>();
     if (!bind || bind->size() != joints.size()) {
         warn(skeleton, "usd-skel-bind", attribute.loc(),
-             fmt::format("{} joints, but {} bindTransforms; the skeleton moves nothing",
-                         joints.size(), bind ? bind->size() : 0));
+             fmt::format("{} joints, but {} bindTransforms; the skeleton is ignored", joints.size(),
+                         bind ? bind->size() : 0));
         return {};
     }
     std::vector<Mat4d> skinning = concatenated(joints, *std::move(local));
@@ -232,7 +231,7 @@ std::vector<Mat4d> skinning_matrices(const Prim& skeleton,
     }
     if (singular > 0)
         warn(skeleton, "usd-skel-bind", attribute.loc(),
-             fmt::format("{} bindTransforms have no inverse, their joints move nothing", singular));
+             fmt::format("{} bindTransforms are singular; their joints are ignored", singular));
     return skinning;
 }
 
@@ -251,7 +250,7 @@ void add_inbetween(BlendShape& shape, const Attribute& attribute) {
     if (!weight || !std::isfinite(*weight) || std::abs(*weight) < 1e-6 ||
         std::abs(*weight - 1.0) < 1e-6) {
         warn(attribute.prim(), "usd-skel-inbetween", attribute.loc(),
-             fmt::format("{} needs a weight that is neither 0 nor 1, it is left out",
+             fmt::format("{} needs a weight that is neither 0 nor 1; it is ignored",
                          attribute.name().str()));
         return;
     }

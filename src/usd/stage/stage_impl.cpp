@@ -63,7 +63,7 @@ void StageImpl::expand(PrimData& prim) {
         if (prim.path.element_count() >= options_.compose.max_path_depth && !names.empty()) {
             diagnostics_.error(
                 "usd-too-deep", prim.specs.empty() ? SourceLoc{} : prim.specs.front().spec->loc(),
-                prim.path.to_string(), "limit of namespace depth reached; children are left out");
+                prim.path.to_string(), "limit of namespace depth reached; children are skipped");
         } else {
             prim.children.reserve(names.size());
             for (const Token& name : names) {

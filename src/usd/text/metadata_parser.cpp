@@ -188,7 +188,7 @@ bool MetadataParser::integer_list_field(layer::Spec& spec,
     if (all_fit) return store_list(context_, spec, field, edit, std::move(items), where);
     // Declared by Sdf's tests: elsewhere it is an unknown field, which may hold anything
     s_.warn("usd-value", where,
-            fmt::format("found what is no integer of {} to {} in {}; the field is kept as text",
+            fmt::format("expected an integer of {} to {} in {}; the field is kept as text",
                         int64_t(std::numeric_limits<T>::min()),
                         uint64_t(std::numeric_limits<T>::max()), field.str()));
     return store_list(context_, spec, field, edit, std::move(texts), where);
@@ -224,8 +224,9 @@ bool MetadataParser::plain_item(layer::Spec& spec,
     if (edit != ListEdit::Explicit) {
         return s_.error(
             "usd-metadata", where,
-            fmt::format("found a list edit of '{}', expected a plain value: it is no list op",
-                        key));
+            fmt::format(
+                "found a list edit of '{}', expected a plain value: the field is not a list op",
+                key));
     }
     if (s_.accept_word("None")) {
         spec.set_field(field, layer::Value::block(), where);

@@ -178,7 +178,7 @@ bool PropertyParser::sample_time(double& time) {
     const SourceLoc where = s_.loc();
     if (!values_.element(time)) return false;
     if (std::isnan(time)) {
-        s_.warn("usd-sample-time", where, "found a sample at nan, expected a time; it is left out");
+        s_.warn("usd-sample-time", where, "found a sample at nan, expected a time; it is skipped");
     }
     s_.skip_inline();
     if (!s_.expect(':')) return false;
@@ -241,7 +241,7 @@ bool PropertyParser::relationship_extra(layer::Path owner, layer::Spec& spec, De
         s_.skip_inline();
         s_.warn("usd-legacy-target", where,
                 fmt::format("found a target declaration of relationship '{}', expected '= <path>'; "
-                            "it is left out",
+                            "it is skipped",
                             d.name));
         return s_.expect(']');
     }

@@ -107,7 +107,7 @@ class SplineParser {
         const auto is_count = [](double v) { return v >= 0.0 && v <= 2147483647.0; };
         if (!is_count(n[2]) || !is_count(n[3])) {
             return s_.error("usd-value", where,
-                            "found a loop with a count that is none, expected 0 or more");
+                            "found a loop with an invalid count, expected 0 or more");
         }
         out_.loop = SplineLoop{n[0], n[1], int32_t(n[2]), int32_t(n[3]), n[4]};
         return true;

@@ -248,7 +248,7 @@ TEST(PictureStorage, WhatAFormatDoesNotHaveIsRefused) {
           Row{"x.jpg", "--depth 16", 2, "it has 8 bits"},
           Row{"x.jpg", "--alpha", 2, ".png, .tif and .exr store it"},
           Row{"x.dpx", "--alpha", 2, ".png, .tif and .exr store it"},
-          Row{"x.tif", "--compression zip", 2, "packed in one way only"},
+          Row{"x.tif", "--compression zip", 2, "it has only one compression"},
           Row{"x.gif", "", 2, ".exr, .png, .jpg, .jpeg, .tif, .tiff or .dpx"}}) {
         const std::string output = path_of(row.output);
         const Outcome done = comp(fmt::format("mix '{}' -o '{}' {}", layers, output, row.options));

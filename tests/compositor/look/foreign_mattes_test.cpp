@@ -95,7 +95,7 @@ TEST(ForeignMattes, NamesOfAnyCharactersOfAManifestThatIsNoJson) {
             for (size_t i = 0; i < matte->values->size(); ++i)
                 ASSERT_EQ((*matte->values)[i], coverage_again(object, i)) << objects()[object];
             ASSERT_EQ(matte->notes.size(), 1u);
-            EXPECT_NE(matte->notes[0].find("it is no JSON; 8 names could be read"),
+            EXPECT_NE(matte->notes[0].find("it is not valid JSON; 8 names were read"),
                       std::string::npos)
                 << matte->notes[0];
         }
@@ -160,7 +160,8 @@ TEST(ForeignMattes, AnEmptyMatteIsTold) {
     const auto warnings = mix::mix_one(job, {path}, path_of("empty.exr"), {}, 1);
     ASSERT_TRUE(warnings.has_value()) << warnings.error().message;
     ASSERT_EQ(warnings->size(), 2u);
-    EXPECT_NE((*warnings)[0].find("there is none; names count by their hash"), std::string::npos)
+    EXPECT_NE((*warnings)[0].find("there is none; names are matched by their hash"),
+              std::string::npos)
         << (*warnings)[0];
     EXPECT_NE((*warnings)[1].find("no pixel of CryptoObject shows \"nobody\""), std::string::npos)
         << (*warnings)[1];
@@ -192,7 +193,7 @@ TEST(ForeignMattes, InfoListsNamesAndFaults) {
         inspect::info_text(stack_of(scene("CryptoObject", blender_manifest())));
     for (const std::string& name : objects()) EXPECT_NE(text.find(name), std::string::npos) << name;
     EXPECT_NE(text.find("matte      CryptoObject 8 names"), std::string::npos) << text;
-    EXPECT_NE(text.find("it is no JSON"), std::string::npos);
+    EXPECT_NE(text.find("it is not valid JSON"), std::string::npos);
 }
 
 /// Shares of a beauty that is black, or that light and its negative cancel in, are no numbers.

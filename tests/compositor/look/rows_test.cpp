@@ -67,8 +67,7 @@ TEST(Rows, CasterLiftsItsShareOfTheShadow) {
     // The name of one shadow where those of a light are due
     const auto shadow = mix::plan_mix(stack, look_of({{Shadow, "key:tree=0.5"}}));
     ASSERT_FALSE(shadow.has_value());
-    EXPECT_NE(shadow.error().message.find(
-                  "--shadow key:tree: the shadow of one caster takes --caster key:tree="),
+    EXPECT_NE(shadow.error().message.find("--shadow key:tree: use --caster key:tree="),
               std::string::npos)
         << shadow.error().message;
 }
@@ -149,12 +148,12 @@ TEST(Rows, WordsForBouncesThatAreNotStoredSaySo) {
     const LayerStack without = stack_of(3, false), all_in_tail = stack_of(0, true);
     for (const char* word : {"indirect", "direct", "tail", "b2", "key:indirect"}) {
         const std::string message = said(without, (word + std::string("=2")).c_str());
-        EXPECT_NE(message.find("it stores no bounces; render with --layers bounce or matrix"),
+        EXPECT_NE(message.find("it has no bounce layers; render with --layers bounce or matrix"),
                   std::string::npos)
             << message;
         EXPECT_EQ(message.find("did you mean"), std::string::npos) << message;
     }
-    EXPECT_NE(said(all_in_tail, "indirect=2").find("`tail` holds all light after b0"),
+    EXPECT_NE(said(all_in_tail, "indirect=2").find("`tail` contains all light after b0"),
               std::string::npos)
         << said(all_in_tail, "indirect=2");
     EXPECT_NE(said(without, "kye=2").find("did you mean 'key'"), std::string::npos);

@@ -193,8 +193,8 @@ TEST(Numbers, GainsBeyondFloatsAreToldAndRefusedWhenStrict) {
     const auto warnings = mix_one(job, {path}, mixed, {}, 1);
     ASSERT_TRUE(warnings.has_value());
     ASSERT_EQ(warnings->size(), 1u);
-    EXPECT_NE((*warnings)[0].find("1 values of the mix beyond what floats hold (the first at pixel "
-                                  "3,1) and are infinite"),
+    EXPECT_NE((*warnings)[0].find("1 values of the mix exceed the range of floats (the first at "
+                                  "pixel 3,1) and are infinite"),
               std::string::npos)
         << (*warnings)[0];
     job.is_strict = true;

@@ -412,7 +412,7 @@ TEST(Session, TheLookGoesOnWithTheNextFile) {
     EXPECT_EQ(session.active(), 1u);
     EXPECT_TRUE(session.look_error().empty()) << session.look_error();
     ASSERT_EQ(session.notes().size(), 1u);
-    EXPECT_NE(session.notes()[0].find("left out --gain fill"), std::string::npos);
+    EXPECT_NE(session.notes()[0].find("skipped --gain fill"), std::string::npos);
     // Back: all of it acts again, and undo leads to where it came from
     session.show("small.exr", small_levels());
     EXPECT_TRUE(session.notes().empty());

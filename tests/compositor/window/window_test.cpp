@@ -207,7 +207,7 @@ TEST_F(WindowTest, NothingIsCutOffAtAThousandPixels) {
     }
     const Outcome cut = play(layers + " --size 1000 700", "wait\nwhole \"name " + row + "399\"\n");
     EXPECT_EQ(cut.code, 2);
-    EXPECT_NE(cut.output.find("is cut off"), std::string::npos) << cut.output;
+    EXPECT_NE(cut.output.find("is truncated"), std::string::npos) << cut.output;
 }
 
 TEST_F(WindowTest, ATintLooksAsAnImageOfItWould) {
@@ -558,7 +558,7 @@ TEST_F(WindowTest, WhatCannotBeOpenedIsSaid) {
     EXPECT_NE(missing.output.find("missing.exr"), std::string::npos) << missing.output;
     const Outcome lost = play(layers_, "wait\nclick \"mute moon\"\n");
     EXPECT_EQ(lost.code, 2);
-    EXPECT_NE(lost.output.find("line 2: there is no 'mute moon' here"), std::string::npos);
+    EXPECT_NE(lost.output.find("line 2: no 'mute moon' on the screen"), std::string::npos);
 }
 
 TEST_F(WindowTest, TheOtherEyeIsInTheMenu) {

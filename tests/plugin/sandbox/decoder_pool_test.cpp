@@ -188,17 +188,18 @@ TEST(DecoderPool, SaysWhatItsSourceSays) {
 TEST(DecoderPool, ACrashCostsItsPictureOnly) {
     DecoderPool pool(options());
     const Picture other = open(pool, "plain/other");
-    for (const auto& [what, why] : {std::pair("segv", fmt::format("signal {}", SIGSEGV)),
-                                    std::pair("kill", fmt::format("signal {}", SIGKILL)),
-                                    std::pair("abort", fmt::format("signal {}", SIGABRT)),
-                                    std::pair("exit", std::string("code 7"))}) {
+    for (const auto& [what, why] :
+         {std::pair("segv", fmt::format("was ended by signal {}", SIGSEGV)),
+          std::pair("kill", fmt::format("was ended by signal {}", SIGKILL)),
+          std::pair("abort", fmt::format("was ended by signal {}", SIGABRT)),
+          std::pair("exit", std::string("ended with code 7"))}) {
         expect_right(*other, "plain/other");
         const Picture bad = open(pool, what);
-        EXPECT_EQ(failure(*bad), "reading ended with " + why);
+        EXPECT_EQ(failure(*bad), "the decoder process " + why);
         expect_right(*other, "plain/other", 100, 200);
         const Result<Picture> never = pool.open(std::string(what) + ":open", PictureUse::Texture);
         ASSERT_FALSE(never);
-        EXPECT_EQ(never.error().message, "reading ended with " + why);
+        EXPECT_EQ(never.error().message, "the decoder process " + why);
         expect_right(*other, "plain/other", 50, 60);
     }
 }
@@ -229,7 +230,7 @@ TEST(DecoderPool, AStoppedDecoderIsNotWaitedForForEver) {
     DecoderPool pool(options(1, {.wall_seconds = 1}));
     const Picture other = open(pool, "plain"), stopped = open(pool, "stop");
     const Clock::time_point begin = Clock::now();
-    EXPECT_EQ(failure(*stopped), "reading took more than 1 s (--limit decode-time)");
+    EXPECT_EQ(failure(*stopped), "decoding took more than 1 s; raise --limit decode-time");
     EXPECT_LT(Clock::now() - begin, std::chrono::seconds(5));
     expect_right(*other, "plain");
 }
@@ -237,7 +238,7 @@ TEST(DecoderPool, AStoppedDecoderIsNotWaitedForForEver) {
 TEST(DecoderPool, ADecoderThatComputesForEverIsEnded) {
     DecoderPool pool(options(1, {.cpu_seconds = 0.5}));
     const Picture other = open(pool, "plain"), spinning = open(pool, "spin");
-    EXPECT_EQ(failure(*spinning), "reading took more than 0.5 s (--limit decode-time)");
+    EXPECT_EQ(failure(*spinning), "decoding took more than 0.5 s; raise --limit decode-time");
     expect_right(*other, "plain");
 }
 
@@ -254,7 +255,7 @@ TEST(DecoderPool, ADecoderThatTakesAllMemoryIsEnded) {
     if (!limits_addresses) GTEST_SKIP() << "sanitizers need all addresses";
     DecoderPool pool(options(1, {.address_bytes = size_t(512) << 20}));
     const Picture other = open(pool, "plain"), greedy = open(pool, "memory");
-    EXPECT_EQ(failure(*greedy), "reading ran out of memory");
+    EXPECT_EQ(failure(*greedy), "the decoder process ran out of memory");
     expect_right(*other, "plain");
 }
 
@@ -262,7 +263,7 @@ TEST(DecoderPool, WhatMakesNoSenseEndsTheDecoder) {
     DecoderPool pool(options());
     const Picture other = open(pool, "plain"), liar = open(pool, "liar");
     EXPECT_EQ(failure(*liar),
-              "what the decoder process answers makes no sense: it answers another question");
+              "what the decoder process answers makes no sense: it answers another request");
     expect_right(*other, "plain");
 }
 

@@ -206,8 +206,8 @@ TEST(ThinWalls, LeaveClosedPiecesOfTheSameMaterialSolid) {
     for (const scene::Shape& shape : t.scene.shapes)
         EXPECT_EQ(shape.material, std::holds_alternative<scene::Mesh>(shape.geometry) ? 1u : 0u);
     EXPECT_EQ(t.messages("thin-wall"),
-              "/Q: </Q> and 1 more with </M> have boundary edges: thin walls, which light passes "
-              "straight; inputs:velatura:thinWalled = 0 makes solids of them\n");
+              "/Q: </Q> and 1 more with </M> have boundary edges: rendered as thin walls, without "
+              "refraction; inputs:velatura:thinWalled = 0 makes them solids\n");
 
     // A tetrahedron and a triangle in one mesh
     Translated pieces;

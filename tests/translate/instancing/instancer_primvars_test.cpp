@@ -134,13 +134,13 @@ TEST(InstancerPrimvars, ThatDoNotFitFallBackWithAMessage) {
     const Case cases[] = {
         {"color3f[] primvars:tint = [(1,0,0),(0,1,0)] (interpolation = \"vertex\")\n",
          "bad-primvar",
-         "/P: primvar tint has 2 values, expected 3, one for each instance; it is ignored, "
-         "instances show what their prototypes have\n",
+         "/P: primvar tint has 2 values, expected 3, one for each instance; it is ignored; "
+         "instances use the primvars of their prototypes\n",
          {}},
         {"color3f[] primvars:tint = [(1,0,0)] (interpolation = \"vertex\")\n",
          "bad-primvar",
-         "/P: primvar tint has 1 values, expected 3, one for each instance; all instances get "
-         "it\n",
+         "/P: primvar tint has 1 values, expected 3, one for each instance; it is used for all "
+         "instances\n",
          {1, 0, 0}},
         {"color3f[] primvars:tint = [(1,0,0),(0,1,0),(0,0,1)]\n",
          "bad-primvar",
@@ -150,25 +150,25 @@ TEST(InstancerPrimvars, ThatDoNotFitFallBackWithAMessage) {
         {"color3f[] primvars:tint = [(1,0,0)] (interpolation = \"vertex\")\n"
          "int[] primvars:tint:indices = [0, 4, 0]\n",
          "bad-primvar",
-         "/P: primvar tint has the index 4, expected 0 to 0; it is ignored, instances show what "
-         "their prototypes have\n",
+         "/P: primvar tint has the index 4, expected 0 to 0; it is ignored; instances use the "
+         "primvars of their prototypes\n",
          {}},
         {"color3f[] primvars:tint = [(1,0,0)] (interpolation = \"vertex\")\n"
          "int[] primvars:tint:indices = [0, 0]\n",
          "bad-primvar",
-         "/P: primvar tint has 2 indices, expected 3, one for each instance; it is ignored, "
-         "instances show what their prototypes have\n",
+         "/P: primvar tint has 2 indices, expected 3, one for each instance; it is ignored; "
+         "instances use the primvars of their prototypes\n",
          {}},
         {"color3f[] primvars:tint = [(1,0,0),(0,1,0),(0,0,1)] (interpolation = \"vertex\"\n"
          "elementSize = 2)\n",
          "unsupported-primvar",
-         "/P: primvar tint has elementSize 2, only 1 is supported; it is ignored, instances show "
-         "what their prototypes have\n",
+         "/P: primvar tint has elementSize 2, only 1 is supported; it is ignored; instances use "
+         "the primvars of their prototypes\n",
          {}},
         {"string[] primvars:tint = [\"a\", \"b\", \"c\"] (interpolation = \"vertex\")\n",
          "unsupported-primvar",
-         "/P: primvar tint of type string[] is not supported; it is ignored, instances show what "
-         "their prototypes have\n",
+         "/P: primvar tint of type string[] is not supported; it is ignored; instances use the "
+         "primvars of their prototypes\n",
          {}},
     };
     for (const Case& c : cases) {

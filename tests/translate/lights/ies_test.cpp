@@ -95,7 +95,7 @@ TEST(Ies, TiltFactorsAreReadOver) {
 }
 
 TEST(Ies, BadFilesNameTheLine) {
-    EXPECT_EQ(error_of(""), "ies-syntax line 1: no line begins with \"TILT=\": not an IES file");
+    EXPECT_EQ(error_of(""), "ies-syntax line 1: not an IES file: no line starts with \"TILT=\"");
     EXPECT_NE(error_of("TILT=NONE\n1 2 x").find("line 2: expected a number"), std::string::npos);
     EXPECT_NE(error_of("TILT=NONE\n1 1 1 2 1 2 2 0 0 0\n1 1 1\n0 90\n0\n1 1")
                   .find("ies-unsupported line 2: photometry of type B"),

@@ -62,7 +62,7 @@ TEST_F(ExplainTest, ListsEveryOpinionStrongestFirst) {
     EXPECT_EQ(at_default->result, "2");
     EXPECT_FALSE(at_default->opinions[0].decides);
     EXPECT_TRUE(at_default->opinions[1].decides);
-    EXPECT_EQ(at_default->opinions[0].note, "does not count at the default time");
+    EXPECT_EQ(at_default->opinions[0].note, "ignored at the default time");
 }
 
 TEST_F(ExplainTest, SaysWhatIsBlockedAndWhatFallsBack) {
