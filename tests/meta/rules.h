@@ -43,6 +43,9 @@ std::vector<std::string> check_standard_includes(const SourceFile&);
 std::vector<std::string> check_line_length(const SourceFile&);
 std::vector<std::string> check_machine_paths(const SourceFile&);
 std::vector<std::string> check_banned_words(const SourceFile&);
+/// Text that people read (strings of src/, compositor/ and plugins/, the user's pages of docs/) is
+/// plain: without the words and shapes of the list in plain_words.cpp.
+std::vector<std::string> check_plain_words(const SourceFile&);
 std::vector<std::string> check_silence(const SourceFile&);
 /// World, trials and tracer are made in one place.
 std::vector<std::string> check_one_renderer(const SourceFile&);

@@ -220,6 +220,33 @@ TEST(Rules, BannedWords) {
     EXPECT_EQ(caught("fmt::format(\"{}\", 1); // previews, methods to do\n"), 0u);
 }
 
+TEST(Rules, PlainWords) {
+    const auto caught = [](const char* path, const char* text) {
+        return check_plain_words(make_file(path, text)).size();
+    };
+    EXPECT_EQ(caught("src/app/a.cpp", "warn(\"the light is left out\");\n"), 1u);
+    // Parts of one string, and where it starts
+    EXPECT_EQ(check_plain_words(make_file("src/app/a.cpp",
+                                          "int i;\nwarn(\"the light is left \"\n     \"out\");\n"))
+                  .at(0)
+                  .find("src/app/a.cpp:2: "),
+              0u);
+    EXPECT_EQ(caught("compositor/a.cpp", "f(\"COLOUR of the Pictures\");\n"), 2u);
+    EXPECT_EQ(caught("src/app/a.cpp", "f(\"it is no number\");\n"), 1u);
+    EXPECT_EQ(caught("src/app/a.cpp", "f(R\"(asks for it)\");\n"), 1u);
+    EXPECT_EQ(caught("README.md", "The body may go on.\n"), 3u);
+    EXPECT_EQ(caught("docs/guide/a.md", "It knows\n"), 1u);
+
+    EXPECT_EQ(caught("src/app/a.cpp", "f(\"there is no number\"); // no picture, left out\n"), 0u);
+    EXPECT_EQ(caught("src/app/a.cpp", "f(\"nested-bodies\", '\"', \"a black body\");\n"), 0u);
+    EXPECT_EQ(caught("src/app/a.cpp", "#include \"image/a picture.h\"\n/* \"may it\" */\n"), 0u);
+    EXPECT_EQ(caught("src/app/a.cpp", "f(R\"css(body { color: grey })css\", \"<body> x\");\n"), 0u);
+    EXPECT_EQ(caught("tests/app/a.cpp", "f(\"it may be\");\n"), 0u);
+    EXPECT_EQ(caught("docs/guide/a.md", "`a picture`\n```\nmay go on\n```\n[x](may_go_on.md)\n"),
+              0u);
+    EXPECT_EQ(caught("docs/adr/a.md", "It may.\n"), 0u);
+}
+
 TEST(Rules, Silence) {
     EXPECT_EQ(check_silence(make_file("src/film/a.cpp", "std::cerr << 1;\n")).size(), 1u);
     EXPECT_EQ(check_silence(make_file("src/film/a.cpp", "std::fprintf(stderr, \"x\");\n")).size(),

@@ -97,6 +97,10 @@ TEST(Tree, NoBannedWords) {
     expect_none(report_all(check_banned_words));
 }
 
+TEST(Tree, TextForPeopleIsInPlainWords) {
+    expect_none(report_all(check_plain_words));
+}
+
 TEST(Tree, LibrariesNeverPrint) {
     expect_none(report_all(check_silence));
 }
