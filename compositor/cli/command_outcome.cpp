@@ -7,6 +7,23 @@
 
 namespace velatura::compositor::cli {
 
+bool RepeatedWarnings::may_print(const std::string& message) {
+    const size_t file_end = message.find(": ");
+    const std::lock_guard lock(mutex_);
+    return ++counts_[file_end == std::string::npos ? message : message.substr(file_end + 2)] <=
+           printed_limit;
+}
+
+std::string RepeatedWarnings::summary() const {
+    const std::lock_guard lock(mutex_);
+    std::string text;
+    for (const auto& [what, count] : counts_)
+        if (count > printed_limit)
+            text += fmt::format("warning: {} more like these, not printed: {}\n",
+                                count - printed_limit, what);
+    return text;
+}
+
 int report(const Error& error) {
     fmt::print(stderr, "error: {} [{}]\n", error.message, error.code);
     const auto is = [&](const char* code) { return error.code == code; };
@@ -22,7 +39,14 @@ int report(const Error& error) {
 }
 
 void warn(const std::string& message) {
-    fmt::print(stderr, "warning: {}\n", message);
+    struct AtTheEnd {
+        RepeatedWarnings warnings;
+
+        ~AtTheEnd() { fmt::print(stderr, "{}", warnings.summary()); }
+    };
+
+    static AtTheEnd at_the_end;
+    if (at_the_end.warnings.may_print(message)) fmt::print(stderr, "warning: {}\n", message);
 }
 
 }  // namespace velatura::compositor::cli

@@ -3,6 +3,9 @@
 
 #include "base/result.h"
 
+#include <cstddef>
+#include <map>
+#include <mutex>
 #include <string>
 
 namespace velatura::compositor::cli {
@@ -13,6 +16,22 @@ enum ExitCode { done = 0, failed = 1, usage = 2, partly = 3, check_failed = 4, r
 /// Prints the error. Returns: the exit code that its code stands for.
 int report(const Error& error);
 
+/// Warnings of many frames, which differ only in the file before the first colon, are counted.
+class RepeatedWarnings {
+  public:
+    static constexpr size_t printed_limit = 20;
+
+    /// Counts the warning. Returns: whether it is one of the first.
+    bool may_print(const std::string& message);
+    /// Whole lines: how many of each were not printed.
+    std::string summary() const;
+
+  private:
+    mutable std::mutex mutex_;
+    std::map<std::string, size_t> counts_;
+};
+
+/// Prints a warning, if it is one of the first of its kind; the program ends with the summary.
 void warn(const std::string& message);
 
 }  // namespace velatura::compositor::cli

@@ -29,7 +29,7 @@ int denoise_one(const DenoiseOptions& o) {
     if (!denoised) return report(denoised.error());
     if (const auto written = layers::write_image_file(o.output, *denoised); !written)
         return report(written.error());
-    for (const std::string& note : told.notes) fmt::print(stderr, "warning: {}\n", note);
+    for (const std::string& note : told.notes) warn(note);
     fmt::print("{}: mean luminance {:+.3f} %\n", o.output, 100 * (told.energy_ratio - 1));
     return done;
 }

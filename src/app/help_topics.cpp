@@ -13,7 +13,7 @@ A render is stored as additive layers. They sum to the beauty, bit for bit.
   b0               emission or background seen directly
   b1 ... bK        direct light (b1), then indirect light bounce by bounce (--bounces K)
   tail             all later bounces
-  C_GROUP          all light of one light group (--lights per-light, groups or off)
+  C_GROUP          all light of one light group (--lights)
   b1_GROUP ...     one bounce of one light group: the matrix
   U_GROUP          direct light of the group without occluders
   S_GROUP          its shadow: U_GROUP minus b1_GROUP

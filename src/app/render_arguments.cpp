@@ -176,8 +176,10 @@ void declare_layer_options(Command layers, RenderArguments& a) {
         .type_name("K|auto[=S]")
         .common();
     layers
-        .add_option("--lights", a.lights,
-                    "Light-group AOVs: one per light, one per authored group, or none")
+        .add_option(
+            "--lights", a.lights,
+            "Light-group AOVs: per-light (named groups, and one per other light), groups (named "
+            "groups, all other lights are `rest`), off (all lights are `rest`)")
         .one_of({"per-light", "groups", "off"})
         .common();
     layers
@@ -282,7 +284,7 @@ void declare_report_options(Command report, RenderArguments& a) {
     report.add_flag("-q,--quiet", a.quiet, "Print errors only").common();
     report.add_flag("-v,--verbose", a.verbosity, "Print more").common();
     report.add_flag("--strict", a.strict,
-                    "Stop with an error code at an error in the scene or at a bad sample");
+                    "Render nothing if the scene has errors; exit code 4 if a sample is bad");
     report
         .add_option("--texture-failure", a.texture_failure,
                     "Unreadable textures: color (use the fallback color, and count them) or error "

@@ -3,6 +3,7 @@
 #include "base/command_line.h"
 #include "base/number_options.h"
 #include "base/overwritten_inputs.h"
+#include "compositor/cli/command_outcome.h"
 #include "compositor/cli/commands.h"
 
 #include <gtest/gtest.h>
@@ -98,6 +99,18 @@ TEST(Typing, RequestIsStillFoundByItsFormerName) {
     ASSERT_TRUE(help.has_value());
     EXPECT_NE(help->text.find("request"), std::string::npos);
     EXPECT_EQ(help->text.find("\n  plan"), std::string::npos) << help->text;
+}
+
+// Warnings of the frames of a sequence differ in the file that they start with.
+TEST(Warnings, OfManyFramesAreCounted) {
+    RepeatedWarnings warnings;
+    size_t printed = 0;
+    for (int frame = 0; frame < 25; ++frame)
+        printed += warnings.may_print(std::to_string(frame) + ".exr: 3 values are not finite");
+    EXPECT_TRUE(warnings.may_print("no half images"));
+    EXPECT_EQ(printed, RepeatedWarnings::printed_limit);
+    EXPECT_EQ(warnings.summary(),
+              "warning: 5 more like these, not printed: 3 values are not finite\n");
 }
 
 TEST(Typing, OptionsStandWhereverPeoplePutThem) {
