@@ -76,9 +76,7 @@ Result<StoredBounces> parse_bounces(std::string_view text) {
     constexpr int most = 64;
     constexpr double usual_share = 0.01;
     const Error wrong = {
-        "bad-bounces",
-        fmt::format("expected K, auto or auto=1%, found \"{}\"; the maximum of K is {}", text,
-                    most)};
+        "bad-bounces", fmt::format("expected 0 to {}, auto or auto=1%, found \"{}\"", most, text)};
     if (!text.starts_with("auto")) {
         const std::optional<int> last = number<int>(text);
         if (!last || *last < 0 || *last > most) return wrong;

@@ -70,13 +70,13 @@ TEST(Choices, AreSaidOnce) {
         {plain + ball + sky, "[framing-camera]",
          "note: the stage has no camera; using one that frames the scene"},
         {plain + ball + sky + camera("A") + camera("B") + camera("C"), "[camera-chosen]",
-         "note: no camera chosen; using the first of 3 is used: </A>; --camera chooses </B>, </C>"},
+         "note: no camera chosen; using the first of 3: </A>; --camera chooses </B>, </C>"},
         {named + ball + sky + camera("A"), "[camera-chosen]", nullptr},
         {plain + ball + sky + camera("A"), "[no-render-settings]",
          "note: the stage has no RenderSettings: 8 x 6 pixels and the other defaults are used"},
         {settings("") + ball + sky + camera("A"), "[no-render-settings]",
-         "note: renderSettingsPrimPath is not set; choose with --settings /Render/S would choose: "
-         "8 x 6 pixels"},
+         "note: renderSettingsPrimPath is not set; choose with --settings /Render/S: 8 x 6 "
+         "pixels"},
         {named + ball + sky + camera("A"), "[no-render-settings]", nullptr},
         {named + ball + camera("A"), "[no-lights]",
          "the stage has no light; a white dome of radiance 1 is added"},
@@ -110,7 +110,7 @@ TEST(Choices, OfInfoAreThoseOfARender) {
     w.write("s.usda", std::string("#usda 1.0\n") + ball + camera("A") + camera("B"));
     const std::string said = w.velatura("info s.usda").output;
     for (const char* line :
-         {"the first of 2 is used: </A>; --camera chooses </B>", "the stage has no RenderSettings",
+         {"using the first of 2: </A>; --camera chooses </B>", "the stage has no RenderSettings",
           "unless a material emits, a white dome of radiance 1 is added"})
         EXPECT_EQ(count_of(said, line), 1u) << line << " in " << said;
     w.write(

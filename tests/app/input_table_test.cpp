@@ -36,7 +36,7 @@ constexpr const char* chosen = "renderSettingsPrimPath = \"/R\"";
 
 const Row rows[] = {
     // Cameras
-    {"", "", "--camera /Cma", "camera </Cma>; cameras of the stage: </Cam>", 1},
+    {"", "", "--camera /Cma", "camera </Cma> not found; cameras of the stage: </Cam>", 1},
     {"", "", "--camera /Ball", "</Ball> is a Sphere, not a Camera", 1},
     {chosen, "def RenderSettings \"R\" {\n rel camera = </Ball>\n}\n", "",
      "warning: </Ball> is a Sphere, not a Camera", 0},

@@ -267,24 +267,24 @@ TEST_F(Resume, RefusesWhatIsNotTheSameRender) {
         const char* arguments;
         const char* why;
     } cases[] = {
-        {"--seed 9", "seed was 0 and is 9"},
-        {"--sampler independent", "--sampler was sobol and is independent"},
-        {"--halves", "--sampler was sobol and is sobol in halves"},
-        {"--filter box", "--filter was blackman-harris and is box"},
-        {"--max-depth 3", "--max-depth was 0 and is 3"},
-        {"--adaptive off", "--adaptive was on and is off"},
-        {"--integrator nee", "--light-sampling was mis and is light"},
-        {"--guiding on", "--guiding was off and is on"},
-        {"--caustics manifold", "--caustics was path and is manifold"},
-        {"--splitting off", "--splitting was auto and is off"},
-        {"--light-selection power", "--light-selection was tree and is power"},
+        {"--seed 9", "seed was 0, now 9"},
+        {"--sampler independent", "--sampler was sobol, now independent"},
+        {"--halves", "--sampler was sobol, now sobol in halves"},
+        {"--filter box", "--filter was blackman-harris, now box"},
+        {"--max-depth 3", "--max-depth was 0, now 3"},
+        {"--adaptive off", "--adaptive was on, now off"},
+        {"--integrator nee", "--light-sampling was mis, now light"},
+        {"--guiding on", "--guiding was off, now on"},
+        {"--caustics manifold", "--caustics was path, now manifold"},
+        {"--splitting off", "--splitting was auto, now off"},
+        {"--light-selection power", "--light-selection was tree, now power"},
         {"--effects -clearcoat", nullptr},  // the scene has none: the same render
         {"--purpose proxy", "purposes was"},
         {"--layers bounce", "it stores other light layers"},
         {"--bounces 2", "it stores other light layers"},
         {"--lights off", "it stores other light layers"},
         {"--crop 0 0.5 0 1", "it has the pixels [0, 40) x [0, 34), expected [0, 20) x [0, 34)"},
-        {"--res 20 17", "resolution was 40 x 34 and is 20 x 17"},
+        {"--res 20 17", "resolution was 40 x 34, now 20 x 17"},
         {"--samples 2:8", "its samples start at 0, expected 2"},
     };
 

@@ -10,7 +10,7 @@ TEST(SelftestCommand, SaysInPlainWordsWhatWasChecked) {
     const Workplace w;
     const CommandResult r = w.velatura("selftest");
     EXPECT_EQ(r.exit_code, 0) << r.output;
-    for (const char* said : {"passed  Do rays slip through between neighbouring triangles?",
+    for (const char* said : {"passed  Do rays slip through between adjacent triangles?",
                              "must be 0", "16 of 16 checks passed"})
         EXPECT_NE(r.output.find(said), std::string::npos) << said << "\n" << r.output;
     EXPECT_EQ(r.output.find("FAILED"), std::string::npos) << r.output;

@@ -148,7 +148,7 @@ TEST_F(TopUpCommands, PlansThatCannotBe) {
     EXPECT_NE(w.comp("request base.exr --spp 9 --target 1% -o look.json").exit_code, 0);
     EXPECT_FALSE(w.exists("look.json"));
     const CommandResult reached = w.comp("request base.exr --target 90% -o look.json");
-    EXPECT_NE(reached.output.find("90 % is reached"), std::string::npos) << reached.output;
+    EXPECT_NE(reached.output.find("90 % is already reached"), std::string::npos) << reached.output;
 }
 
 }  // namespace velatura::test
