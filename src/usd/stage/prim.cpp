@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/check.h"
+#include "usd/compose/site.h"
 #include "usd/layer/fields.h"
 #include "usd/stage/prim_data.h"
 #include "usd/stage/schema_fallbacks.h"
