@@ -23,15 +23,15 @@ int main(int argc, char** argv) {
     settings.schedule.end_sample = 4;
     settings.guiding = integrator::Guiding::Off;
     render::Renderer renderer(std::move(*scene), settings);
-    for (int picture : {2, 3}) {
+    for (int image : {2, 3}) {
         const auto start = std::chrono::steady_clock::now();
         renderer.prepare(diagnostics);
         const auto ready = std::chrono::steady_clock::now();
         renderer.advance();
         const std::chrono::duration<double> preparing = ready - start;
-        fmt::print("{}: ready after {:.3f} s, {:.3f} s\n", argv[picture], preparing.count(),
+        fmt::print("{}: ready after {:.3f} s, {:.3f} s\n", argv[image], preparing.count(),
                    (std::chrono::steady_clock::now() - start).count() * 1e-9);
-        if (const auto written = renderer.write(argv[picture]); !written)
+        if (const auto written = renderer.write(argv[image]); !written)
             return fmt::print(stderr, "{}\n", written.error().message), 1;
 
         scene::Camera camera = renderer.scene().camera;

@@ -32,7 +32,7 @@ struct Bake {
     std::vector<std::string> notes;    ///< what is baked and still differs
 };
 
-/// Turns gains, tints, mutes and solos of whole groups into intensity, exposure and colour of their
+/// Turns gains, tints, mutes and solos of whole groups into intensity, exposure and color of their
 /// prims. A gain multiplies the intensity; one in stops adds to the exposure; where an input has
 /// time samples the other one takes the gain, so that its animation stays. Keys count at the values
 /// that they have (look_at). Errors: "unknown-name", "no-light-values" (the file does not say what

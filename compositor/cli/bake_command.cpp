@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/atomic_file.h"
 #include "compositor/bake/bake.h"
+#include "compositor/bake/bake_check.h"
 #include "compositor/bake/bake_layer.h"
-#include "compositor/bake/bake_proof.h"
-#include "compositor/bake/render_like.h"
+#include "compositor/bake/matching_render.h"
 #include "compositor/cli/command_outcome.h"
 #include "compositor/cli/commands.h"
 #include "compositor/cli/look_command_options.h"
@@ -73,7 +73,7 @@ Result<void> run_program(std::vector<std::string> arguments) {
     while (waitpid(pid, &status, 0) < 0) {
         if (errno != EINTR) return Error{"prove-failed", "lost the renderer"};
     }
-    // 3: stopped before a target that the scene asks for; the picture is there
+    // 3: stopped before a target that the scene asks for; the image is there
     if (WIFEXITED(status) && (WEXITSTATUS(status) == 0 || WEXITSTATUS(status) == 3)) return {};
     return Error{"prove-failed", fmt::format("{} {} failed", arguments[0], arguments[1])};
 }
@@ -91,7 +91,7 @@ Result<LayerStack> render_baked(const BakeOptions& o, const LayerStack& mixed) {
     if (!folder.is_made()) return Error{"io-write", "cannot make a temporary folder"};
     const std::string program = o.program.empty() ? default_program() : o.program;
     const std::string own = folder.file("own.usda"), stacked = folder.file("baked.usda"),
-                      picture = folder.file("baked.exr");
+                      image = folder.file("baked.exr");
     // Stage metadata count in the root layer alone
     if (auto done = run_program({program, "flatten", "--layer", o.scene, "-o", own}); !done)
         return done.error();
@@ -110,25 +110,25 @@ Result<LayerStack> render_baked(const BakeOptions& o, const LayerStack& mixed) {
                                                {"--halves", {}},
                                                {"--float-layers", {}},
                                                {"--layers", {"matrix"}}};
-    bake::override_options(options, bake::render_options_like(mixed, crop));
+    bake::override_options(options, bake::matching_render_options(mixed, crop));
     if (o.spp > 0) bake::override_options(options, {{"--spp", {std::to_string(o.spp)}}});
     bake::override_options(options, bake::options_of(o.more_arguments));
-    std::vector<std::string> arguments = {program, "render", stacked, "-o", picture, "-q"};
+    std::vector<std::string> arguments = {program, "render", stacked, "-o", image, "-q"};
     for (std::string& argument : bake::arguments_of(options))
         arguments.push_back(std::move(argument));
     if (auto done = run_program(std::move(arguments)); !done) return done.error();
-    return LayerStack::load(picture);
+    return LayerStack::load(image);
 }
 
 int prove(const BakeOptions& o, const LayerStack& mixed, const bake::Bake& bake) {
     const auto rendered = render_baked(o, mixed);
     if (!rendered) return report(rendered.error());
-    const auto rows = bake::prove_bake(mixed, bake, *rendered);
+    const auto rows = bake::check_bake(mixed, bake, *rendered);
     if (!rows) return report(rows.error());
     bool agrees = true;
     fmt::print("{:<24} {:>12} {:>12}  in standard errors: mean, 8x8 blocks\n", "light", "mixed",
                "rendered");
-    for (const bake::ProofRow& row : *rows) {
+    for (const bake::BakeCheckRow& row : *rows) {
         fmt::print("{:<24} {:>12.6g} {:>12.6g}  {:5.2f} {:5.2f}  {}\n", row.group, row.composite,
                    row.render, row.mean_sigmas, row.block_sigmas,
                    !row.is_compared ? "baked in part, not compared"

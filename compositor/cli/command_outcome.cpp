@@ -7,7 +7,7 @@
 
 namespace velatura::compositor::cli {
 
-bool RepeatedWarnings::may_print(const std::string& message) {
+bool RepeatedWarnings::can_print(const std::string& message) {
     const size_t file_end = message.find(": ");
     const std::lock_guard lock(mutex_);
     return ++counts_[file_end == std::string::npos ? message : message.substr(file_end + 2)] <=
@@ -46,7 +46,7 @@ void warn(const std::string& message) {
     };
 
     static AtTheEnd at_the_end;
-    if (at_the_end.warnings.may_print(message)) fmt::print(stderr, "warning: {}\n", message);
+    if (at_the_end.warnings.can_print(message)) fmt::print(stderr, "warning: {}\n", message);
 }
 
 }  // namespace velatura::compositor::cli

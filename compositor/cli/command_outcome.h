@@ -22,7 +22,7 @@ class RepeatedWarnings {
     static constexpr size_t printed_limit = 20;
 
     /// Counts the warning. Returns: whether it is one of the first.
-    bool may_print(const std::string& message);
+    bool can_print(const std::string& message);
     /// Whole lines: how many of each were not printed.
     std::string summary() const;
 

@@ -3,8 +3,8 @@
 #include "compositor/cli/commands.h"
 #include "compositor/cli/frame_runs.h"
 #include "compositor/denoise/denoise.h"
+#include "compositor/io/image_name.h"
 #include "compositor/io/layer_stack.h"
-#include "compositor/io/picture_name.h"
 #include "layers/layer_file.h"
 
 #include <fmt/format.h>
@@ -24,13 +24,13 @@ struct DenoiseOptions {
 int denoise_one(const DenoiseOptions& o) {
     const auto stack = LayerStack::load(o.input);
     if (!stack) return report(stack.error());
-    denoise::DenoiseReport told;
-    const auto denoised = denoise::denoise(*stack, told);
+    denoise::DenoiseReport denoise_report;
+    const auto denoised = denoise::denoise(*stack, denoise_report);
     if (!denoised) return report(denoised.error());
     if (const auto written = layers::write_image_file(o.output, *denoised); !written)
         return report(written.error());
-    for (const std::string& note : told.notes) warn(note);
-    fmt::print("{}: mean luminance {:+.3f} %\n", o.output, 100 * (told.energy_ratio - 1));
+    for (const std::string& note : denoise_report.notes) warn(note);
+    fmt::print("{}: mean luminance {:+.3f} %\n", o.output, 100 * (denoise_report.energy_ratio - 1));
     return done;
 }
 

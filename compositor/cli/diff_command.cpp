@@ -4,7 +4,7 @@
 #include "compositor/cli/frame_runs.h"
 #include "compositor/inspect/diff.h"
 #include "compositor/inspect/flip.h"
-#include "compositor/io/picture_name.h"
+#include "compositor/io/image_name.h"
 #include "layers/layer_file.h"
 
 #include <fmt/format.h>
@@ -90,7 +90,7 @@ int diff_one(const DiffOptions& o, std::optional<int> frame) {
         return check_failed;
     }
     std::optional<inspect::Flip> flip;
-    if (o.flip || is_display_picture(o.output)) {
+    if (o.flip || is_display_image(o.output)) {
         auto seen = beauty_flip(*a, *b);
         if (!seen) return report(seen.error());
         flip = std::move(*seen);
@@ -98,8 +98,8 @@ int diff_one(const DiffOptions& o, std::optional<int> frame) {
     if (!o.quiet) print_difference(*difference, flip, frame, o.json);
     if (!o.output.empty()) {
         const auto written =
-            is_display_picture(o.output)
-                ? inspect::write_flip_picture(o.output, a->data, flip->map)
+            is_display_image(o.output)
+                ? inspect::write_flip_image(o.output, a->data, flip->map)
                 : layers::write_image_file(o.output, inspect::difference_image(*a, *b));
         if (!written) return report(written.error());
     }
@@ -113,8 +113,8 @@ int diff_one(const DiffOptions& o, std::optional<int> frame) {
 }
 
 int run_diff(const DiffOptions& o) {
-    if (!o.output.empty() && !is_exr(o.output) && !is_display_picture(o.output))
-        return report({"bad-output", o.output + " is not " + picture_names()});
+    if (!o.output.empty() && !is_exr(o.output) && !is_display_image(o.output))
+        return report({"bad-output", o.output + " is not " + image_names()});
     return run_frames({{o.a, o.b}, {o.output}, o.frames}, [&](const FrameNames& names) {
         DiffOptions one = o;
         one.a = names.input(o.a);

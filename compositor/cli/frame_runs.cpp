@@ -16,10 +16,10 @@ namespace {
 
 /// Frames between the first and the last whose file is not there.
 std::vector<int> gaps_of(const std::vector<int>& frames) {
-    constexpr size_t most_told = 1000;
+    constexpr size_t max_told = 1000;
     std::vector<int> gaps;
     for (size_t i = 1; i < frames.size(); ++i)
-        for (int f = frames[i - 1] + 1; f < frames[i] && gaps.size() < most_told; ++f)
+        for (int f = frames[i - 1] + 1; f < frames[i] && gaps.size() < max_told; ++f)
             gaps.push_back(f);
     return gaps;
 }

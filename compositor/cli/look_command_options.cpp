@@ -153,7 +153,7 @@ Result<std::string> LookOptions::input_of_frame(const std::string& input) const 
 Look LookOptions::fitted(const LayerStack& stack, const Look& look) const {
     if (!is_lenient) return look;
     mix::FittedLook fitted = mix::fit_look(stack, look);
-    for (const std::string& line : fitted.left_out) warn("skipped " + line);
+    for (const std::string& line : fitted.omitted) warn("skipped " + line);
     return std::move(fitted.look);
 }
 

@@ -52,7 +52,7 @@ int run_command(int argc, char** argv) {
 int main(int argc, char** argv) {
     using namespace velatura::compositor::cli;
     try {
-        velatura::put_memory_aside();
+        velatura::reserve_memory();
         return run_command(argc, argv);
     } catch (const std::exception& e) {
         // Printing takes no memory, of which there may be none

@@ -5,9 +5,9 @@
 #include "compositor/cli/commands.h"
 #include "compositor/cli/frame_runs.h"
 #include "compositor/cli/look_command_options.h"
+#include "compositor/io/image_name.h"
+#include "compositor/io/image_storage.h"
 #include "compositor/io/input_files.h"
-#include "compositor/io/picture_name.h"
-#include "compositor/io/picture_storage.h"
 #include "compositor/mix/mix_job.h"
 
 #include <fmt/format.h>
@@ -29,7 +29,7 @@ struct MixOptions {
     std::vector<std::string> inputs;
     std::string output, save_preset, display, view, stereo, frames;
     LookOptions look;
-    PictureStorageOptions storage;
+    ImageStorageOptions storage;
     double memory_gb = 4;
     bool with_layers = false, is_strict = false, is_quiet = false;
 };
@@ -40,7 +40,7 @@ class FrameProgress {
     FrameProgress(size_t total, bool is_quiet)
         : total_(total), is_quiet_(is_quiet), is_terminal_(isatty(STDERR_FILENO) == 1) {}
 
-    void tell(const mix::FrameOutcome& outcome) {
+    void report_frame(const mix::FrameOutcome& outcome) {
         ++done_;
         if (is_terminal_ && !is_quiet_) fmt::print(stderr, "\r{:79}\r", "");
         for (const std::string& warning : outcome.warnings) warn(warning);
@@ -104,7 +104,7 @@ int mix_frames(const MixOptions& o, const mix::MixJob& job) {
     warn_of_memory(job, mix::share_memory(job, *frames));
     FrameProgress progress(frames->size(), o.is_quiet);
     mix::mix_sequence(job, *frames,
-                      [&](const mix::FrameOutcome& outcome) { progress.tell(outcome); });
+                      [&](const mix::FrameOutcome& outcome) { progress.report_frame(outcome); });
     return progress.finish();
 }
 

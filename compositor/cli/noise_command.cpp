@@ -4,8 +4,8 @@
 #include "compositor/cli/frame_runs.h"
 #include "compositor/cli/look_command_options.h"
 #include "compositor/cli/noise_report.h"
+#include "compositor/io/image_name.h"
 #include "compositor/io/layer_stack.h"
-#include "compositor/io/picture_name.h"
 #include "compositor/noise/error_map.h"
 #include "layers/layer_file.h"
 
@@ -37,11 +37,11 @@ std::string duration(double seconds) {
 std::string text_of(const noise::ControlCap& cap) {
     const bool is_gain = cap.control.kind == Control::Kind::Gain;
     const std::string option = (is_gain ? "--gain " : "--shadow ") + cap.control.target;
-    if (!cap.most) return fmt::format("Taking back {} does not reach it.", option);
-    return is_gain && *cap.most > 0
+    if (!cap.max) return fmt::format("Taking back {} does not reach it.", option);
+    return is_gain && *cap.max > 0
                ? fmt::format("Or {}={:+.2f}st in place of {}.", option,
-                             std::round(100 * std::log2(*cap.most)) / 100 + 0.0, cap.control.value)
-               : fmt::format("Or {}={:.2g} in place of {}.", option, *cap.most, cap.control.value);
+                             std::round(100 * std::log2(*cap.max)) / 100 + 0.0, cap.control.value)
+               : fmt::format("Or {}={:.2g} in place of {}.", option, *cap.max, cap.control.value);
 }
 
 /// Per pixel, in the mean.
@@ -110,7 +110,7 @@ void print_json(const noise::NoiseForecast& f,
         advice["caps"].push_back(
             {{"do", is_gain ? "gain" : "shadow"},
              {"name", cap.control.target},
-             {"most", cap.most ? nlohmann::ordered_json(*cap.most) : nlohmann::ordered_json()}});
+             {"most", cap.max ? nlohmann::ordered_json(*cap.max) : nlohmann::ordered_json()}});
     }
     j["groups"] = json_of(f.groups);
     j["bounces"] = json_of(f.bounces);
@@ -122,8 +122,7 @@ Result<void> write_map(const std::string& path,
                        const LayerStack& stack,
                        const noise::NoiseForecast& forecast) {
     const image::Image errors = noise::error_image(stack, forecast.error);
-    if (is_display_picture(path))
-        return noise::write_error_picture(path, errors, forecast.mix.value);
+    if (is_display_image(path)) return noise::write_error_image(path, errors, forecast.mix.value);
     return layers::write_image_file(path, errors);
 }
 
@@ -156,8 +155,8 @@ int noise_one(const NoiseOptions& o, std::optional<int> frame) {
 }
 
 int run_noise(const NoiseOptions& o) {
-    if (!o.output.empty() && !is_display_picture(o.output) && !is_exr(o.output))
-        return report({"bad-output", o.output + " is not " + picture_names()});
+    if (!o.output.empty() && !is_display_image(o.output) && !is_exr(o.output))
+        return report({"bad-output", o.output + " is not " + image_names()});
     const FrameRuns runs = {{o.input, o.stats}, {o.output}, o.frames};
     if (o.look.frame && has_sequence(runs))
         return report({"bad-frames", "--frame needs a single file, not a sequence"});

@@ -31,22 +31,22 @@ double mean_of(const std::vector<uint64_t>& counts) {
 }
 
 /// What the options ask for. Errors: "bad-target", those of render_seconds.
-Result<noise::TopUpWish> wish_of(const RequestOptions& o, const std::vector<uint64_t>& counts) {
-    noise::TopUpWish wish;
+Result<noise::TopUpGoal> wish_of(const RequestOptions& o, const std::vector<uint64_t>& counts) {
+    noise::TopUpGoal goal;
     if (!o.target.empty()) {
         const auto target = parse_target(o.target);
         if (!target) return target.error();
-        wish.target = *target;
+        goal.target = *target;
     }
-    if (o.samples) wish.samples = *o.samples;
-    if (o.factor) wish.samples = *o.factor * mean_of(counts);
-    if (o.time.empty()) return wish;
+    if (o.samples) goal.samples = *o.samples;
+    if (o.factor) goal.samples = *o.factor * mean_of(counts);
+    if (o.time.empty()) return goal;
     const auto time = parse_amount(o.time, "--time", {{'s', 1}, {'m', 60}, {'h', 3600}});
     if (!time) return time.error();
     const auto seconds = render_seconds(o.stats);
     if (!seconds) return seconds.error();
-    wish.samples = mean_of(counts) * (1 + *time / *seconds);
-    return wish;
+    goal.samples = mean_of(counts) * (1 + *time / *seconds);
+    return goal;
 }
 
 void print_plan(const noise::TopUpPlan& plan) {
@@ -84,9 +84,9 @@ int run_request(const RequestOptions& o) {
             {counts.error().code,
              fmt::format("{}: {}; render with --keep-sums, so that --resume can continue it",
                          *input, counts.error().message)});
-    const auto wish = wish_of(o, *counts);
-    if (!wish) return report(wish.error());
-    const auto plan = noise::plan_top_up(*stack, *counts, look, *wish);
+    const auto goal = wish_of(o, *counts);
+    if (!goal) return report(goal.error());
+    const auto plan = noise::plan_top_up(*stack, *counts, look, *goal);
     if (!plan) return report(plan.error());
     if (const auto written = layers::write_top_up(o.output, plan->request); !written)
         return report(written.error());

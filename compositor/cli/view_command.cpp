@@ -3,7 +3,7 @@
 #include "compositor/cli/commands.h"
 #include "compositor/cli/frame_runs.h"
 #include "compositor/inspect/contact_sheet.h"
-#include "compositor/io/picture_name.h"
+#include "compositor/io/image_name.h"
 #include "compositor/look/controls.h"
 #include "image/formats.h"
 #include "layers/layer_file.h"
@@ -34,7 +34,7 @@ int view_one(const ViewOptions& o) {
 }
 
 int run_view(const ViewOptions& o) {
-    if (!is_display_picture(o.output))
+    if (!is_display_image(o.output))
         return report({"bad-output",
                        o.output + " is not a display image; expected .png, .jpg, .tif or .dpx"});
     return run_frames({{o.input}, {o.output}, o.frames}, [&](const FrameNames& names) {

@@ -17,7 +17,7 @@ struct DenoiseReport {
     double energy_ratio = 1;
 };
 
-/// Every pixel of every light layer as one linear combination of its neighbours, with the same
+/// Every pixel of every light layer as one linear combination of its neighbors, with the same
 /// weights for all layers (per half image), so that layers still add up and any gain may follow.
 /// The answer is a file that `verify` accepts: layers at their stored precision, the beauty their
 /// fold, half images of what is left of the noise, other layers as they were, `velatura/denoise` in

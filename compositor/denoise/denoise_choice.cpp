@@ -11,7 +11,7 @@ namespace velatura::compositor::denoise {
 namespace {
 
 constexpr int T = DenoiseKernel::tile_size;
-constexpr size_t centre = size_t(DenoiseKernel::neighbours / 2);
+constexpr size_t center = size_t(DenoiseKernel::neighbors / 2);
 
 /// Careful and bold regression, and a mean where the features say nothing (foliage, glass). Found
 /// by trial over the scenes of docs/reference/denoise.md.
@@ -19,7 +19,7 @@ std::vector<DenoiseFilter> filters() {
     return {{0.5f, 1.0f, true}, {1.0f, 1.0f, true}, {1.0f, 2.0f, false}};
 }
 
-/// Calls f(pixel of the tile, pixel of the window) for those of the tile that are in the picture.
+/// Calls f(pixel of the tile, pixel of the window) for those of the tile that are in the image.
 template <class F>
 void for_each_pixel(const image::Window& window, int x, int y, F f) {
     for (int v = y; v < std::min(y + T, window.height()); ++v) {
@@ -36,25 +36,25 @@ class TileJudge {
 
     /// Adds the relative squared errors of every filter to its plane.
     void add_errors(const std::vector<DenoiseFilter>& filters, std::vector<Plane>& errors) {
-        const size_t judged = guides_.judged.size();
-        std::vector<std::vector<float>> padded(6 * judged);
-        for (size_t m = 0; m < judged; ++m) {
+        const size_t references = guides_.references.size();
+        std::vector<std::vector<float>> padded(6 * references);
+        for (size_t m = 0; m < references; ++m) {
             for (size_t k = 0; k < 6; ++k) {
                 auto& plane = padded[6 * m + k];
                 plane.resize(size_t(DenoiseKernel::padded) * DenoiseKernel::padded);
-                const JudgedMix& mix = guides_.judged[m];
+                const ReferenceMix& mix = guides_.references[m];
                 kernel_.copy_padded([&](size_t i) { return mix.value(k / 3, k % 3, i); },
                                     plane.data());
             }
         }
-        norms_.assign(3 * judged, {});
+        norms_.assign(3 * references, {});
         for (size_t f = 0; f <= filters.size(); ++f) {
             for (size_t half = 0; half < 2; ++half) {
                 if (f < filters.size())
                     kernel_.find_weights(int(1 - half), filters[f], weights_);
                 else
                     set_identity();
-                for (size_t m = 0; m < judged; ++m) {
+                for (size_t m = 0; m < references; ++m) {
                     for (size_t c = 0; c < 3; ++c)
                         compare(3 * m + c, padded[6 * m + 3 * half + c],
                                 padded[6 * m + 3 * (1 - half) + c], errors[f]);
@@ -66,7 +66,7 @@ class TileJudge {
   private:
     void set_identity() {
         std::fill(weights_.begin(), weights_.end(), 0.0f);
-        std::fill_n(weights_.begin() + std::ptrdiff_t(centre * DenoiseKernel::tile_pixels),
+        std::fill_n(weights_.begin() + std::ptrdiff_t(center * DenoiseKernel::tile_pixels),
                     DenoiseKernel::tile_pixels, 1.0f);
     }
 
@@ -155,7 +155,7 @@ void chosen_weights(DenoiseKernel& kernel,
                     DenoiseKernel::Weights& weights,
                     DenoiseKernel::Weights& scratch) {
     constexpr size_t pixels = DenoiseKernel::tile_pixels;
-    weights.assign(size_t(DenoiseKernel::neighbours) * pixels, 0.0f);
+    weights.assign(size_t(DenoiseKernel::neighbors) * pixels, 0.0f);
     for (size_t f = 0; f < choice.shares.size(); ++f) {
         float share[pixels] = {};
         bool is_used = false;
@@ -165,11 +165,11 @@ void chosen_weights(DenoiseKernel& kernel,
         });
         if (!is_used) continue;
         if (f == choice.filters.size()) {
-            for (size_t i = 0; i < pixels; ++i) weights[centre * pixels + i] += share[i];
+            for (size_t i = 0; i < pixels; ++i) weights[center * pixels + i] += share[i];
             continue;
         }
         kernel.find_weights(half, choice.filters[f], scratch);
-        for (size_t n = 0; n < size_t(DenoiseKernel::neighbours); ++n) {
+        for (size_t n = 0; n < size_t(DenoiseKernel::neighbors); ++n) {
             for (size_t i = 0; i < pixels; ++i)
                 weights[n * pixels + i] += share[i] * scratch[n * pixels + i];
         }

@@ -130,7 +130,7 @@ Json denoise_json(const DenoiseGuides& guides,
         share /= double(std::max<size_t>(choice.shares[f].size(), 1));
         Json filter;
         if (f < choice.filters.size()) {
-            filter["colourWidth"] = choice.filters[f].colour_width;
+            filter["colourWidth"] = choice.filters[f].color_width;
             filter["featureWidth"] = choice.filters[f].feature_width;
             filter["order"] = choice.filters[f].is_first_order ? 1 : 0;
         } else {
@@ -243,13 +243,13 @@ Result<image::Image> denoised_file_like(const LayerStack& stack) {
     for (const accumulate::LayerEntry& entry : stack.header().layers) {
         const auto at = channels.find(entry.name);
         if (at == channels.end() || !(is_filtered(entry) || entry.family == "halves")) continue;
-        float most = 0;
+        float max = 0;
         for (const Channel* channel : at->second) {
             image::for_each_value(*channel, [&](size_t, float v) {
-                most = std::max(most, std::isfinite(v) ? std::abs(v) : largest);
+                max = std::max(max, std::isfinite(v) ? std::abs(v) : largest);
             });
         }
-        if (!(most > largest)) continue;
+        if (!(max > largest)) continue;
         for (const Channel* channel : at->second) {
             Channel& wide = *find(out, channel->name);
             std::vector<float> values(wide.size());

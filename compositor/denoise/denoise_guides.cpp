@@ -13,7 +13,7 @@ namespace {
 using image::Channel;
 
 /// More rows cost time and tell little: what is dim in every row is rarely what a mix brings up.
-constexpr size_t most_judged_groups = 8;
+constexpr size_t max_judged_groups = 8;
 
 Plane plane_of(const Channel& channel) {
     Plane plane(channel.size());
@@ -21,7 +21,7 @@ Plane plane_of(const Channel& channel) {
     return plane;
 }
 
-/// A half image's neighbours that differ by its rounding are the same.
+/// A half image's neighbors that differ by its rounding are the same.
 float rounding_variance(const Channel& channel, float value) {
     const float spacing =
         std::abs(value) * (channel.type() == image::ChannelType::Half ? 0x1p-10f : 0x1p-22f);
@@ -40,32 +40,32 @@ void set_halves(DenoiseGuides& guides, const LayerStack& stack) {
     for (size_t c = 0; c < 3; ++c) {
         const Channel& a = *stack.channel("beauty_hA", c);
         const Channel& b = *stack.channel("beauty_hB", c);
-        HalvedBeauty& colour = guides.colour;
-        colour.half[0][c] = plane_of(a);
-        colour.half[1][c] = plane_of(b);
+        BeautyHalves& color = guides.color;
+        color.half[0][c] = plane_of(a);
+        color.half[1][c] = plane_of(b);
         Plane variance(a.size());
         for (size_t i = 0; i < variance.size(); ++i) {
-            const float u = colour.half[0][c][i], v = colour.half[1][c][i];
+            const float u = color.half[0][c][i], v = color.half[1][c][i];
             variance[i] = 0.5f * (u - v) * (u - v) +
                           std::max(rounding_variance(a, u), rounding_variance(b, v));
         }
-        colour.variance[c] = smoothed(variance, guides.window);
+        color.variance[c] = smoothed(variance, guides.window);
     }
 }
 
 void set_whole(DenoiseGuides& guides, const LayerStack& stack, const Channel& variance) {
     for (size_t c = 0; c < 3; ++c) {
         const Channel& whole = *stack.channel("rgba", c);
-        guides.colour.half[0][c] = guides.colour.half[1][c] = plane_of(whole);
+        guides.color.half[0][c] = guides.color.half[1][c] = plane_of(whole);
         Plane squares = plane_of(variance);
         for (size_t i = 0; i < squares.size(); ++i)
             squares[i] += rounding_variance(whole, whole.value(i));
-        guides.colour.variance[c] = smoothed(squares, guides.window);
+        guides.color.variance[c] = smoothed(squares, guides.window);
     }
 }
 
-/// Mean of R, G and B over the picture and both halves.
-double mean_of(const JudgedMix& mix, size_t pixels) {
+/// Mean of R, G and B over the image and both halves.
+double mean_of(const ReferenceMix& mix, size_t pixels) {
     double sum = 0;
     for (const auto& half : mix.layers) {
         for (const auto& channels : half) {
@@ -76,7 +76,7 @@ double mean_of(const JudgedMix& mix, size_t pixels) {
     return sum / (6.0 * double(std::max<size_t>(pixels, 1)));
 }
 
-void add_layer(JudgedMix& mix, const LayerStack& stack, const std::string& layer) {
+void add_layer(ReferenceMix& mix, const LayerStack& stack, const std::string& layer) {
     for (size_t half = 0; half < 2; ++half) {
         for (size_t c = 0; c < 3; ++c) {
             if (const Channel* channel = stack.channel(layer + (half == 0 ? "_hA" : "_hB"), c))
@@ -87,9 +87,9 @@ void add_layer(JudgedMix& mix, const LayerStack& stack, const std::string& layer
 
 /// One sum per name that the layers of the finest family have.
 template <class Name>
-std::vector<JudgedMix> sums_by(const LayerStack& stack, Name name_of) {
+std::vector<ReferenceMix> sums_by(const LayerStack& stack, Name name_of) {
     std::vector<std::string> names;
-    std::vector<JudgedMix> mixes;
+    std::vector<ReferenceMix> mixes;
     if (stack.header().closure.empty()) return mixes;
     for (const std::string& layer : stack.header().closure[0].order) {
         const accumulate::LayerEntry* entry = stack.header().find(layer);
@@ -108,28 +108,28 @@ std::vector<JudgedMix> sums_by(const LayerStack& stack, Name name_of) {
 
 void set_judged(DenoiseGuides& guides, const LayerStack& stack) {
     const size_t pixels = guides.window.pixel_count();
-    JudgedMix beauty;
+    ReferenceMix beauty;
     add_layer(beauty, stack, "beauty");
     const double whole = mean_of(beauty, pixels);
-    guides.judged.push_back(std::move(beauty));
-    std::vector<JudgedMix> groups =
+    guides.references.push_back(std::move(beauty));
+    std::vector<ReferenceMix> groups =
         sums_by(stack, [](const accumulate::LayerEntry& e) { return e.group; });
     std::vector<std::pair<double, size_t>> brightest;
     for (size_t g = 0; g < groups.size(); ++g)
         brightest.emplace_back(-mean_of(groups[g], pixels), g);
     std::sort(brightest.begin(), brightest.end());
-    brightest.resize(std::min(brightest.size(), most_judged_groups));
+    brightest.resize(std::min(brightest.size(), max_judged_groups));
     // A group that is all the light is the beauty once more
     if (groups.size() > 1) {
-        for (const auto& [mean, g] : brightest) guides.judged.push_back(std::move(groups[g]));
+        for (const auto& [mean, g] : brightest) guides.references.push_back(std::move(groups[g]));
     }
-    for (JudgedMix& mix : sums_by(stack, [](const accumulate::LayerEntry& e) {
+    for (ReferenceMix& mix : sums_by(stack, [](const accumulate::LayerEntry& e) {
              return e.bounce.empty() || e.bounce == "b0" ? std::string()
                     : e.bounce == "b1"                   ? std::string("direct")
                                                          : std::string("indirect");
          }))
-        guides.judged.push_back(std::move(mix));
-    std::erase_if(guides.judged, [&](JudgedMix& mix) {
+        guides.references.push_back(std::move(mix));
+    std::erase_if(guides.references, [&](ReferenceMix& mix) {
         const double mean = mean_of(mix, pixels);
         if (mean > 0) mix.gain = float(whole / mean);
         return !(mean > 0) || !(whole > 0);
@@ -199,7 +199,7 @@ void set_features(DenoiseGuides& guides, const LayerStack& stack) {
 
 }  // namespace
 
-float JudgedMix::value(size_t half, size_t c, size_t pixel) const {
+float ReferenceMix::value(size_t half, size_t c, size_t pixel) const {
     float sum = 0;
     for (const Channel* channel : layers[half][c]) sum += channel->value(pixel);
     return gain * sum;

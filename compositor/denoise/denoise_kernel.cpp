@@ -12,7 +12,7 @@ using K = DenoiseKernel;
 constexpr int T = K::tile_size;
 constexpr int P = K::padded;
 constexpr int patch_area = T + 2 * K::patch_radius;
-constexpr size_t most_features = 8;
+constexpr size_t max_features = 8;
 
 /// e^-x for x >= 0 within 0.03, 0 from x = 8 on.
 inline float falloff(float x) {
@@ -21,9 +21,9 @@ inline float falloff(float x) {
     return t4 * t4;
 }
 
-/// Calls f(neighbour, dx, dy) for the whole window.
+/// Calls f(neighbor, dx, dy) for the whole window.
 template <class F>
-void for_each_neighbour(F f) {
+void for_each_neighbor(F f) {
     size_t n = 0;
     for (int dy = -K::radius; dy <= K::radius; ++dy) {
         for (int dx = -K::radius; dx <= K::radius; ++dx) f(n++, dx, dy);
@@ -61,7 +61,7 @@ void patch_means(const float* in, float* out) {
 }
 
 /// Solves S x = b for a symmetric positive definite S of n rows by Cholesky; S is overwritten.
-void solve(double (&S)[most_features][most_features], double (&b)[most_features], size_t n) {
+void solve(double (&S)[max_features][max_features], double (&b)[max_features], size_t n) {
     for (size_t j = 0; j < n; ++j) {
         for (size_t k = 0; k < j; ++k) S[j][j] -= S[j][k] * S[j][k];
         S[j][j] = std::sqrt(S[j][j]);
@@ -87,8 +87,8 @@ DenoiseKernel::DenoiseKernel(const DenoiseGuides& guides)
       source_(size_t(P) * P),
       is_inside_(size_t(P) * P),
       features_(guides.features.size(), std::vector<float>(size_t(P) * P)),
-      feature_distances_(neighbours * tile_pixels) {
-    for (auto& d : colour_distances_) d.resize(neighbours * tile_pixels);
+      feature_distances_(neighbors * tile_pixels) {
+    for (auto& d : color_distances_) d.resize(neighbors * tile_pixels);
 }
 
 void DenoiseKernel::move_to(int x, int y) {
@@ -106,22 +106,22 @@ void DenoiseKernel::move_to(int x, int y) {
         copy_padded([&](size_t i) { return plane[i]; }, features_[f].data());
     }
     find_feature_distances();
-    for (int half = 0; half < (guides_.has_halves ? 2 : 1); ++half) find_colour_distances(half);
+    for (int half = 0; half < (guides_.has_halves ? 2 : 1); ++half) find_color_distances(half);
 }
 
-void DenoiseKernel::find_colour_distances(int half) {
+void DenoiseKernel::find_color_distances(int half) {
     std::array<std::vector<float>, 3> value, variance;
     for (size_t c = 0; c < 3; ++c) {
         value[c].resize(size_t(P) * P);
         variance[c].resize(size_t(P) * P);
-        const Plane& v = guides_.colour.half[size_t(half)][c];
-        const Plane& s = guides_.colour.variance[c];
+        const Plane& v = guides_.color.half[size_t(half)][c];
+        const Plane& s = guides_.color.variance[c];
         copy_padded([&](size_t i) { return v[i]; }, value[c].data());
         copy_padded([&](size_t i) { return s[i]; }, variance[c].data());
     }
     std::vector<float> distance(size_t(patch_area) * patch_area);
     float near[tile_pixels];
-    for_each_neighbour([&](size_t n, int dx, int dy) {
+    for_each_neighbor([&](size_t n, int dx, int dy) {
         std::fill(distance.begin(), distance.end(), 0.0f);
         for (size_t c = 0; c < 3; ++c) {
             for (int y = 0; y < patch_area; ++y) {
@@ -139,7 +139,7 @@ void DenoiseKernel::find_colour_distances(int half) {
                 }
             }
         }
-        float* out = &colour_distances_[size_t(half)][n * tile_pixels];
+        float* out = &color_distances_[size_t(half)][n * tile_pixels];
         patch_means<patch_radius>(distance.data(), out);
         patch_means<1>(distance.data(), near);
         // A large patch dilutes what is small and very bright: its own surroundings have a say,
@@ -150,7 +150,7 @@ void DenoiseKernel::find_colour_distances(int half) {
 }
 
 void DenoiseKernel::find_feature_distances() {
-    for_each_neighbour([&](size_t n, int dx, int dy) {
+    for_each_neighbor([&](size_t n, int dx, int dy) {
         float* out = &feature_distances_[n * tile_pixels];
         std::fill(out, out + tile_pixels, 0.0f);
         for (const auto& feature : features_) {
@@ -169,33 +169,33 @@ void DenoiseKernel::find_feature_distances() {
 void DenoiseKernel::weigh_by_distances(int half,
                                        const DenoiseFilter& filter,
                                        Weights& weights) const {
-    const float by_colour = 1.0f / (filter.colour_width * filter.colour_width);
+    const float by_color = 1.0f / (filter.color_width * filter.color_width);
     const float by_feature = 1.0f / (filter.feature_width * filter.feature_width);
-    const auto& distances = colour_distances_[guides_.has_halves ? size_t(half) : 0];
-    weights.resize(neighbours * tile_pixels);
-    for_each_neighbour([&](size_t n, int dx, int dy) {
-        const float* colour = &distances[n * tile_pixels];
+    const auto& distances = color_distances_[guides_.has_halves ? size_t(half) : 0];
+    weights.resize(neighbors * tile_pixels);
+    for_each_neighbor([&](size_t n, int dx, int dy) {
+        const float* color = &distances[n * tile_pixels];
         const float* feature = &feature_distances_[n * tile_pixels];
         float* w = &weights[n * tile_pixels];
         for (int y = 0; y < T; ++y) {
             const float* inside = &is_inside_[padded_index(y, dx, dy)];
             for (int x = 0; x < T; ++x) {
                 const int i = y * T + x;
-                w[i] = inside[x] * falloff(colour[i] * by_colour + feature[i] * by_feature);
+                w[i] = inside[x] * falloff(color[i] * by_color + feature[i] * by_feature);
             }
         }
     });
 }
 
-void DenoiseKernel::normalise(Weights& weights) const {
+void DenoiseKernel::normalize(Weights& weights) const {
     float sum[tile_pixels] = {};
-    for (size_t n = 0; n < neighbours; ++n) {
+    for (size_t n = 0; n < neighbors; ++n) {
         const float* w = &weights[n * tile_pixels];
         for (size_t i = 0; i < tile_pixels; ++i) sum[i] += w[i];
     }
-    // Beyond the picture's edge a tile has pixels without neighbours
+    // Beyond the image's edge a tile has pixels without neighbors
     for (float& s : sum) s = s > 0.0f ? 1.0f / s : 0.0f;
-    for (size_t n = 0; n < neighbours; ++n) {
+    for (size_t n = 0; n < neighbors; ++n) {
         float* w = &weights[n * tile_pixels];
         for (size_t i = 0; i < tile_pixels; ++i) w[i] *= sum[i];
     }
@@ -208,8 +208,8 @@ void DenoiseKernel::regress(Weights& weights) const {
     // Weighted first and second moments of the features' differences to the pixel
     std::vector<float> first(count * tile_pixels, 0.0f);
     std::vector<float> second(count * count * tile_pixels, 0.0f);
-    float x_of[most_features][T];
-    for_each_neighbour([&](size_t n, int dx, int dy) {
+    float x_of[max_features][T];
+    for_each_neighbor([&](size_t n, int dx, int dy) {
         for (int y = 0; y < T; ++y) {
             const float* w = &weights[n * tile_pixels + size_t(y * T)];
             for (size_t j = 0; j < count; ++j) {
@@ -232,7 +232,7 @@ void DenoiseKernel::regress(Weights& weights) const {
     // Slope of the weights over the features that brings the features' weighted mean to the pixel
     std::vector<float> slope(count * tile_pixels);
     for (size_t i = 0; i < tile_pixels; ++i) {
-        double S[most_features][most_features], b[most_features];
+        double S[max_features][max_features], b[max_features];
         for (size_t j = 0; j < count; ++j) {
             const auto mj = double(first[j * tile_pixels + i]);
             for (size_t k = 0; k <= j; ++k)
@@ -244,7 +244,7 @@ void DenoiseKernel::regress(Weights& weights) const {
         solve(S, b, count);
         for (size_t j = 0; j < count; ++j) slope[j * tile_pixels + i] = float(b[j]);
     }
-    for_each_neighbour([&](size_t n, int dx, int dy) {
+    for_each_neighbor([&](size_t n, int dx, int dy) {
         for (int y = 0; y < T; ++y) {
             float factor[T];
             std::fill(factor, factor + T, 1.0f);
@@ -263,13 +263,13 @@ void DenoiseKernel::regress(Weights& weights) const {
 
 void DenoiseKernel::find_weights(int half, const DenoiseFilter& filter, Weights& weights) {
     weigh_by_distances(half, filter, weights);
-    normalise(weights);
+    normalize(weights);
     if (filter.is_first_order) regress(weights);
 }
 
 void DenoiseKernel::apply(const Weights& weights, const float* padded_plane, float* out) {
     std::fill(out, out + tile_pixels, 0.0f);
-    for_each_neighbour([&](size_t n, int dx, int dy) {
+    for_each_neighbor([&](size_t n, int dx, int dy) {
         for (int y = 0; y < T; ++y) {
             const float* w = &weights[n * tile_pixels + size_t(y * T)];
             const float* q = padded_plane + padded_index(y, dx, dy);

@@ -190,7 +190,7 @@ if frames[0][0]:
 
 
 def mixed(kind, first, second, name, place):
-    """A node that adds or multiplies two sockets, or a socket and a colour."""
+    """A node that adds or multiplies two sockets, or a socket and a color."""
     node = tree.nodes.new("CompositorNodeMixRGB")
     node.blend_type, node.label, node.location = kind, name, place
     node.inputs[0].default_value = 1

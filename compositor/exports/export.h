@@ -30,7 +30,7 @@ struct MixRecipe {
     bool has_alpha = false;
     std::string alpha_channel = "A";  ///< full name in the file
     size_t alpha_place = 0;
-    int width = 0, height = 0;  ///< of the whole picture
+    int width = 0, height = 0;  ///< of the whole image
     /// From its middle to that of the pixels that are stored, right and up.
     std::array<double, 2> offset = {};
     float pixel_aspect = 1;
@@ -53,7 +53,7 @@ std::string oiio_script(const MixRecipe& recipe);
 /// look is: exposure; gain, tint and mute of all, of each group and bounce; a trim per bounce of a
 /// group; lifts of shadows, what clamps gave back, and gains within Cryptomattes. `file`: as for
 /// mix_recipe; where it is relative, the script names it by where the script itself is, which is to
-/// be `folder`. Errors: those of mix_recipe ("export-matte": a matte that is a picture, or a clamp
+/// be `folder`. Errors: those of mix_recipe ("export-matte": a matte that is an image, or a clamp
 /// within one), those of load_matte.
 Result<std::string> nuke_script(const LayerStack& stack,
                                 const mix::MixPlan& plan,

@@ -152,7 +152,7 @@ class NukeGroup {
     };
 
     std::string slider(
-        const std::string& name, const std::string& label, float value, float least, float most);
+        const std::string& name, const std::string& label, float value, float min, float max);
     std::string color(const std::string& name,
                       const std::string& label,
                       const std::array<float, 3>& value);
@@ -196,10 +196,10 @@ class NukeGroup {
 };
 
 std::string NukeGroup::slider(
-    const std::string& name, const std::string& label, float value, float least, float most) {
+    const std::string& name, const std::string& label, float value, float min, float max) {
     const std::string knob = knob_names_.make(name);
     knobs_ += fmt::format(" addUserKnob {{7 {} l {} R {} {}}}\n {} {}\n", knob, label_of(label),
-                          least, most, knob, value);
+                          min, max, knob, value);
     return knob;
 }
 
@@ -439,7 +439,7 @@ Result<void> NukeGroup::add_clamps() {
         for (const mix::MixPlan::Term& term : plan_.terms) {
             if (term.clamp_layer != e.name) continue;
             for (const mix::MattedShare& s : term.clamp_shares) {
-                if (s.matte != mix::whole_picture)
+                if (s.matte != mix::whole_image)
                     return Error{"export-matte",
                                  "--clamp within a matte is not supported by the script; remove "
                                  "its --matte, or mix to .exr"};
@@ -462,11 +462,11 @@ void NukeGroup::add_shadow(const accumulate::LayerEntry& entry, const mix::MixPl
     const std::string name = entry.caster.empty() ? entry.group : entry.group + ":" + entry.caster;
     std::vector<mix::MattedShare> lifts = term ? term->lifts : std::vector<mix::MattedShare>();
     const bool has_whole = std::any_of(lifts.begin(), lifts.end(), [](const mix::MattedShare& l) {
-        return l.matte == mix::whole_picture;
+        return l.matte == mix::whole_image;
     });
-    if (!has_whole && entry.caster.empty()) lifts.insert(lifts.begin(), {mix::whole_picture, 0});
+    if (!has_whole && entry.caster.empty()) lifts.insert(lifts.begin(), {mix::whole_image, 0});
     for (const mix::MattedShare& lift : lifts) {
-        const bool is_whole = lift.matte == mix::whole_picture;
+        const bool is_whole = lift.matte == mix::whole_image;
         const std::string label = is_whole ? name : name + " in " + plan_.mattes[lift.matte].text;
         const std::string knob = slider("shadow_" + plain_name(name), label, lift.share, 0, 1);
         Factor gain = factor(column, group);

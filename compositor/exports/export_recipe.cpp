@@ -19,14 +19,14 @@ namespace velatura::compositor::exports {
 
 namespace {
 
-using layers::ChannelPlace;
+using layers::ChannelRef;
 
 /// Empty where the file has one part.
-std::string part_of(const image::Image& image, const ChannelPlace& place) {
+std::string part_of(const image::Image& image, const ChannelRef& place) {
     return image.parts.size() < 2 ? std::string() : image.parts[place.part].name;
 }
 
-const std::string& name_of(const image::Image& image, const ChannelPlace& place) {
+const std::string& name_of(const image::Image& image, const ChannelRef& place) {
     return image.parts[place.part].channels[place.channel].name;
 }
 
@@ -170,7 +170,7 @@ std::vector<LayerStack> other_frames(const LayerStack& stack, const std::string&
     std::vector<LayerStack> others;
     if (!is_sequence(file)) return others;
     std::set<std::vector<std::string>> known = {channels_of(stack.image())};
-    const auto foreign = stack.is_plain() ? ForeignFiles::Plain : ForeignFiles::Refuse;
+    const auto foreign = stack.is_plain() ? ForeignFiles::Plain : ForeignFiles::Reject;
     for (const int frame : frames_on_disk(file)) {
         const std::string path = frame_file(file, frame);
         const auto reader = layers::StripReader::open(path);

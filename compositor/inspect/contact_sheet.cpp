@@ -2,7 +2,7 @@
 #include "compositor/inspect/contact_sheet.h"
 
 #include "base/tasks.h"
-#include "compositor/inspect/layer_picture.h"
+#include "compositor/inspect/layer_image.h"
 #include "layers/layer_header.h"
 
 #include <fmt/format.h>
@@ -20,7 +20,7 @@ namespace {
 constexpr Canvas::Color background = {0.11f, 0.11f, 0.12f}, bright = {0.92f, 0.92f, 0.92f},
                         dim = {0.6f, 0.62f, 0.66f};
 constexpr int gap = 12, smallest_cell = 96, monitor_width = 1920;
-constexpr double most_pixels = 64e6;
+constexpr double max_pixels = 64e6;
 constexpr int longest_side = 32000;
 
 /// What the header of a file of light layers says of its layers, if it has one.
@@ -97,7 +97,7 @@ Grid grid_of(size_t count,
         grid.columns =
             options.columns > 0 ? options.columns : std::min(int(count), std::max(wide, square));
         grid.rows = int((count + size_t(grid.columns) - 1) / size_t(grid.columns));
-        const bool fits = double(grid.width()) * grid.height() <= most_pixels &&
+        const bool fits = double(grid.width()) * grid.height() <= max_pixels &&
                           std::max(grid.width(), grid.height()) <= longest_side;
         if (fits || width <= smallest_cell) return grid;
     }
@@ -164,7 +164,7 @@ Result<Canvas> contact_sheet(const image::Image& image,
     if (!listing.black.empty()) listing.black.front() = "black: " + listing.black.front();
     const auto notes = lines_of(listing.black, grid.width() - 2 * gap);
     const int height = grid.height() + int(notes.size()) * (Canvas::text_height + 6);
-    if (double(grid.width()) * height > 2 * most_pixels ||
+    if (double(grid.width()) * height > 2 * max_pixels ||
         std::max(grid.width(), height) > longest_side) {
         return Error{
             "sheet-too-large",

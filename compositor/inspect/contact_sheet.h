@@ -22,8 +22,8 @@ struct SheetOptions {
 };
 
 /// All layers of a file side by side, each with its name and, where a light layer, its share of the
-/// beauty. Colours go through the display transform; normals, positions, depths, ids and counts are
-/// shown as false colours. Any EXR will do. Layers that are listed and black are named at the end.
+/// beauty. Colors go through the display transform; normals, positions, depths, ids and counts are
+/// shown as false colors. Any EXR will do. Layers that are listed and black are named at the end.
 /// What is not known of the colors is added to `warnings` when it is given.
 /// Errors: "no-layers", "unknown-space", "ocio-config", "ocio-view", "sheet-too-large".
 Result<canvas::Canvas> contact_sheet(const image::Image& image,

@@ -41,7 +41,7 @@ std::string suffix_of(const std::string& channel) {
     return channel.substr(channel.rfind('.') + 1);
 }
 
-bool is_colour(const Named& channel) {
+bool is_color(const Named& channel) {
     const std::string suffix = suffix_of(channel.channel->name);
     return suffix == "R" || suffix == "G" || suffix == "B";
 }
@@ -69,14 +69,14 @@ std::map<std::string, Channels> named_layers(const image::Image& image) {
     return layers;
 }
 
-/// With the alphas of layers with colour apart.
+/// With the alphas of layers with color apart.
 std::map<std::string, Channels> compared_layers(const image::Image& image) {
     std::map<std::string, Channels> layers;
     for (auto& [name, channels] : named_layers(image)) {
-        const bool has_colour = std::any_of(channels.begin(), channels.end(), is_colour);
+        const bool has_color = std::any_of(channels.begin(), channels.end(), is_color);
         for (const Named& c : channels) {
             const bool is_alpha = suffix_of(c.channel->name) == "A";
-            layers[has_colour && is_alpha ? name + ".A" : name].push_back(c);
+            layers[has_color && is_alpha ? name + ".A" : name].push_back(c);
         }
     }
     return layers;

@@ -9,7 +9,7 @@
 
 namespace velatura::compositor::inspect {
 
-/// How far one layer of two files is apart; B is the reference. The alpha of a layer with colour is
+/// How far one layer of two files is apart; B is the reference. The alpha of a layer with color is
 /// an entry of its own, "rgba.A": errors are those of RGB, as a render states them.
 struct LayerDifference {
     std::string layer;
@@ -32,7 +32,7 @@ struct Difference {
 /// Errors: "diff-window" (different data windows).
 Result<Difference> compare(const image::Image& a, const image::Image& b);
 
-/// A − B of every colour channel that both have, float.
+/// A − B of every color channel that both have, float.
 image::Image difference_image(const image::Image& a, const image::Image& b);
 
 }  // namespace velatura::compositor::inspect

@@ -16,7 +16,7 @@ namespace velatura::compositor::inspect {
 namespace {
 
 using Plane = std::vector<float>;
-using Colour = std::array<float, 3>;
+using Color = std::array<float, 3>;
 using Matrix3 = std::array<std::array<float, 3>, 3>;
 
 // Linear Rec.709 with white D65 (ITU-R BT.709, x y of IEC 61966-2-1)
@@ -26,65 +26,65 @@ constexpr Matrix3 xyz_from_rgb = {{{0.41239080f, 0.35758434f, 0.18048079f},
 constexpr Matrix3 rgb_from_xyz = {{{3.24096994f, -1.53738318f, -0.49861076f},
                                    {-0.96924364f, 1.87596750f, 0.04155506f},
                                    {0.05563008f, -0.20397696f, 1.05697151f}}};
-constexpr Colour white = {0.95045593f, 1.0f, 1.08905775f};
+constexpr Color white = {0.95045593f, 1.0f, 1.08905775f};
 
 // Andersson et al. 2020, sections 4 and 5
-constexpr float colour_exponent = 0.7f;
+constexpr float color_exponent = 0.7f;
 constexpr float linear_part = 0.4f, linear_range = 0.95f;
 constexpr double feature_degrees = 0.082;
 constexpr float feature_exponent = 0.5f;
 
-Colour multiply(const Matrix3& m, const Colour& c) {
-    Colour out{};
+Color multiply(const Matrix3& m, const Color& c) {
+    Color out{};
     for (size_t r = 0; r < 3; ++r) out[r] = m[r][0] * c[0] + m[r][1] * c[1] + m[r][2] * c[2];
     return out;
 }
 
 /// Over the white; the first half of CIELAB and of the opponent space YCxCz.
-Colour relative_xyz(const Colour& rgb) {
-    Colour xyz = multiply(xyz_from_rgb, rgb);
+Color relative_xyz(const Color& rgb) {
+    Color xyz = multiply(xyz_from_rgb, rgb);
     for (size_t c = 0; c < 3; ++c) xyz[c] /= white[c];
     return xyz;
 }
 
-Colour opponents(const Colour& rgb) {
-    const Colour xyz = relative_xyz(rgb);
+Color opponents(const Color& rgb) {
+    const Color xyz = relative_xyz(rgb);
     return {116.0f * xyz[1] - 16.0f, 500.0f * (xyz[0] - xyz[1]), 200.0f * (xyz[1] - xyz[2])};
 }
 
-Colour rgb_from_opponents(const Colour& o) {
+Color rgb_from_opponents(const Color& o) {
     const float y = (o[0] + 16.0f) / 116.0f;
-    const Colour xyz = {(y + o[1] / 500.0f) * white[0], y * white[1],
-                        (y - o[2] / 200.0f) * white[2]};
+    const Color xyz = {(y + o[1] / 500.0f) * white[0], y * white[1],
+                       (y - o[2] / 200.0f) * white[2]};
     return multiply(rgb_from_xyz, xyz);
 }
 
-/// CIELAB with the Hunt effect: what is dark looks less coloured.
-Colour hunt_lab(const Colour& rgb) {
+/// CIELAB with the Hunt effect: what is dark looks less colored.
+Color hunt_lab(const Color& rgb) {
     constexpr float delta = 6.0f / 29.0f;
     const auto curve = [](float t) {
         return t > delta * delta * delta ? std::cbrt(t) : t / (3 * delta * delta) + 4.0f / 29.0f;
     };
-    const Colour xyz = relative_xyz(rgb);
+    const Color xyz = relative_xyz(rgb);
     const float fx = curve(xyz[0]), fy = curve(xyz[1]), fz = curve(xyz[2]);
     const float lightness = 116.0f * fy - 16.0f;
     return {lightness, 0.01f * lightness * 500.0f * (fx - fy),
             0.01f * lightness * 200.0f * (fy - fz)};
 }
 
-/// Abasi et al. 2020: for colours far apart.
-float hyab(const Colour& a, const Colour& b) {
+/// Abasi et al. 2020: for colors far apart.
+float hyab(const Color& a, const Color& b) {
     return std::abs(a[0] - b[0]) + std::hypot(a[1] - b[1], a[2] - b[2]);
 }
 
 /// [0, 1]: most of the range to differences that are not huge.
-float colour_error(const Colour& reference, const Colour& test) {
-    static const float most =
-        std::pow(hyab(hunt_lab({0, 1, 0}), hunt_lab({0, 0, 1})), colour_exponent);
-    const float error = std::pow(hyab(hunt_lab(reference), hunt_lab(test)), colour_exponent);
-    const float knee = linear_part * most;
+float color_error(const Color& reference, const Color& test) {
+    static const float max =
+        std::pow(hyab(hunt_lab({0, 1, 0}), hunt_lab({0, 0, 1})), color_exponent);
+    const float error = std::pow(hyab(hunt_lab(reference), hunt_lab(test)), color_exponent);
+    const float knee = linear_part * max;
     if (error < knee) return error * linear_range / knee;
-    return linear_range + (error - knee) / (most - knee) * (1.0f - linear_range);
+    return linear_range + (error - knee) / (max - knee) * (1.0f - linear_range);
 }
 
 /// Taps −radius … radius.
@@ -98,7 +98,7 @@ Kernel gaussian(double sigma, int radius) {
 }
 
 /// Positive taps add up to 1 and negative ones to −1.
-void normalise(Kernel& taps) {
+void normalize(Kernel& taps) {
     float positive = 0, negative = 0;
     for (const float t : taps) (t > 0 ? positive : negative) += t;
     for (float& t : taps) t /= t > 0 ? positive : -negative;
@@ -164,7 +164,7 @@ Plane blurred(const Plane& in,
     return out;
 }
 
-/// What is left of a picture at the distance from which it is seen, in linear Rec.709 within [0,
+/// What is left of an image at the distance from which it is seen, in linear Rec.709 within [0,
 /// 1].
 Planes seen(const Planes& opponent, double ppd) {
     static const std::array<std::vector<Sensitivity>, 3> sensitivities = {
@@ -175,7 +175,7 @@ Planes seen(const Planes& opponent, double ppd) {
         out.values[c] =
             blurred(opponent.values[c], out.width, out.height, sensitivities[c], ppd, radius);
     for (size_t i = 0; i < out.values[0].size(); ++i) {
-        const Colour rgb =
+        const Color rgb =
             rgb_from_opponents({out.values[0][i], out.values[1][i], out.values[2][i]});
         for (size_t c = 0; c < 3; ++c) out.values[c][i] = std::clamp(rgb[c], 0.0f, 1.0f);
     }
@@ -195,9 +195,9 @@ Features features_of(const Planes& opponent, double ppd) {
         first[size_t(i + radius)] *= float(-i);
         second[size_t(i + radius)] *= float(i * i / (sigma * sigma) - 1);
     }
-    normalise(smooth);
-    normalise(first);
-    normalise(second);
+    normalize(smooth);
+    normalize(first);
+    normalize(second);
     const int w = opponent.width, h = opponent.height;
     Plane light = opponent.values[0];
     for (float& v : light) v = (v + 16.0f) / 116.0f;
@@ -213,7 +213,7 @@ Features features_of(const Planes& opponent, double ppd) {
 Planes to_opponents(const Planes& rgb) {
     Planes out{rgb.width, rgb.height, rgb.values};
     for (size_t i = 0; i < out.values[0].size(); ++i) {
-        Colour c{};
+        Color c{};
         for (size_t k = 0; k < 3; ++k) c[k] = std::clamp(rgb.values[k][i], 0.0f, 1.0f);
         c = opponents(c);
         for (size_t k = 0; k < 3; ++k) out.values[k][i] = c[k];
@@ -254,7 +254,7 @@ std::pair<float, float> exposure_range(const Planes& reference) {
     };
     float middle = median(luminances);
     if (!(middle > 0)) {
-        // Of what is lit, where most of the picture is black
+        // Of what is lit, where most of the image is black
         std::erase_if(luminances, [](float y) { return !(y > 0); });
         if (luminances.empty()) return {0.0f, 0.0f};
         middle = median(luminances);
@@ -291,14 +291,14 @@ std::vector<float> ldr_flip(const Planes& reference, const Planes& test, double 
     std::vector<float> map(a.values[0].size());
     for (size_t i = 0; i < map.size(); ++i) {
         const auto at = [i](const Planes& p) {
-            return Colour{p.values[0][i], p.values[1][i], p.values[2][i]};
+            return Color{p.values[0][i], p.values[1][i], p.values[2][i]};
         };
-        const float colour = colour_error(at(seen_a), at(seen_b));
+        const float color = color_error(at(seen_a), at(seen_b));
         const float difference = std::max(std::abs(features_a.edges[i] - features_b.edges[i]),
                                           std::abs(features_a.points[i] - features_b.points[i]));
         const float feature =
             std::pow(difference * std::numbers::sqrt2_v<float> / 2, feature_exponent);
-        map[i] = std::pow(colour, 1.0f - feature);
+        map[i] = std::pow(color, 1.0f - feature);
     }
     return map;
 }
@@ -336,13 +336,13 @@ Result<Planes> planes_of(const image::Image& image, const std::string& layer) {
     return planes;
 }
 
-Result<void> write_flip_picture(const std::string& path,
-                                const image::Window& window,
-                                const std::vector<float>& map) {
+Result<void> write_flip_image(const std::string& path,
+                              const image::Window& window,
+                              const std::vector<float>& map) {
     std::vector<float> rgb(3 * map.size());
     for (size_t i = 0; i < map.size(); ++i) {
-        const auto colour = canvas::heat(map[i]);
-        std::copy(colour.begin(), colour.end(), &rgb[3 * i]);
+        const auto color = canvas::heat(map[i]);
+        std::copy(color.begin(), color.end(), &rgb[3 * i]);
     }
     return image::write_display_image(path, window.width(), window.height(), rgb);
 }

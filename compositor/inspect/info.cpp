@@ -78,7 +78,7 @@ size_t not_finite_of(const LayerStack& stack, const accumulate::LayerEntry& laye
             channels.push_back(channel);
     }
     if (layer.family == "data") {
-        for (const layers::ChannelPlace& at : stack.data_channels(layer.name))
+        for (const layers::ChannelRef& at : stack.data_channels(layer.name))
             channels.push_back(&stack.image().parts[at.part].channels[at.channel]);
     }
     size_t count = 0;

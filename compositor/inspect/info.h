@@ -7,7 +7,7 @@
 
 namespace velatura::compositor::inspect {
 
-/// What a file holds, as text for people: picture, samples, groups, layers with their share of the
+/// What a file holds, as text for people: image, samples, groups, layers with their share of the
 /// light, closure.
 std::string info_text(const LayerStack& stack);
 

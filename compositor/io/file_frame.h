@@ -9,7 +9,7 @@ namespace velatura::compositor {
 inline namespace io {
 
 /// The frame that a file was rendered at, as its header says; none: it does not say, or it is a
-/// picture of the default time.
+/// image of the default time.
 std::optional<double> frame_of(const image::Image& image);
 
 }  // namespace io

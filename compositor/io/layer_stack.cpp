@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/io/layer_stack.h"
 
-#include "compositor/io/plain_layers.h"
+#include "compositor/io/foreign_layers.h"
 
 #include <fmt/format.h>
 
@@ -20,8 +20,8 @@ Error layer_missing(const std::string& layer) {
 
 Result<LayerStack> LayerStack::from_plain(image::Image image,
                                           const std::string& view,
-                                          const PlainFiles* files) {
-    auto plain = plain_layers(image, view, files);
+                                          const ForeignInputs* files) {
+    auto plain = foreign_layers(image, view, files);
     if (!plain) return plain.error();
     LayerStack stack;
     stack.header_ = std::move(plain->header);
@@ -40,7 +40,7 @@ Result<LayerStack> LayerStack::from_image(image::Image image,
                                           const std::string& view) {
     auto header = layers::read_layer_header(image);
     if (!header) {
-        if (foreign == ForeignFiles::Refuse || header.error().code != "not-layers")
+        if (foreign == ForeignFiles::Reject || header.error().code != "not-layers")
             return header.error();
         return from_plain(std::move(image), view, nullptr);
     }
@@ -52,7 +52,7 @@ Result<LayerStack> LayerStack::from_image(image::Image image,
     for (size_t p = 0; p < image.parts.size(); ++p) {
         const auto& channels = image.parts[p].channels;
         for (size_t c = 0; c < channels.size(); ++c)
-            stack.channels_.try_emplace(channels[c].name, layers::ChannelPlace{p, c});
+            stack.channels_.try_emplace(channels[c].name, layers::ChannelRef{p, c});
     }
     stack.image_ = std::move(image);
     return stack;
@@ -80,7 +80,7 @@ Result<LayerStack> LayerStack::describe(const layers::StripReader& file,
 Result<LayerStack> LayerStack::describe_together(const layers::StripReader& files,
                                                  const std::vector<std::string>& names,
                                                  const std::string& view) {
-    PlainFiles plain{names, {}};
+    ForeignInputs plain{names, {}};
     for (size_t p = 0; p < files.description().parts.size(); ++p)
         plain.of_part.push_back(files.file_of(p));
     auto stack = from_plain(files.description(), view, &plain);
@@ -116,9 +116,9 @@ size_t LayerStack::beauty_part() const {
     return 0;
 }
 
-std::vector<layers::ChannelPlace> LayerStack::data_channels(const std::string& layer) const {
+std::vector<layers::ChannelRef> LayerStack::data_channels(const std::string& layer) const {
     if (const auto at = data_.find(layer); at != data_.end()) return at->second;
-    std::vector<layers::ChannelPlace> places;
+    std::vector<layers::ChannelRef> places;
     for (size_t p = 0; p < image_.parts.size(); ++p) {
         const auto& channels = image_.parts[p].channels;
         for (size_t c = 0; c < channels.size(); ++c) {
@@ -129,7 +129,7 @@ std::vector<layers::ChannelPlace> LayerStack::data_channels(const std::string& l
     return places;
 }
 
-std::optional<layers::ChannelPlace> LayerStack::place(const std::string& layer, size_t c) const {
+std::optional<layers::ChannelRef> LayerStack::place(const std::string& layer, size_t c) const {
     constexpr std::array names = {"R", "G", "B", "A"};
     const std::string name = layer == "rgba" ? std::string(names[c]) : layer + "." + names[c];
     const auto at = channels_.find(name);

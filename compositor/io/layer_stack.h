@@ -15,11 +15,11 @@
 namespace velatura::compositor {
 inline namespace io {
 
-struct PlainFiles;
+struct ForeignInputs;
 
 /// What to do with a file that has no header of Velatura: refuse it, or take each `layer.RGB` of it
-/// as a row (plain_layers.h).
-enum class ForeignFiles : uint8_t { Refuse, Plain };
+/// as a row (foreign_layers.h).
+enum class ForeignFiles : uint8_t { Reject, Plain };
 
 /// "layer-missing": a layer that the header names as stored, and that the file does not have whole.
 Error layer_missing(const std::string& layer);
@@ -30,16 +30,16 @@ class LayerStack {
     /// `view`: of a stereo file; empty takes the first.
     /// Errors: "io-open", "io-read", "not-layers", "layers-damaged", "unknown-view".
     static Result<LayerStack> load(const std::string& path,
-                                   ForeignFiles foreign = ForeignFiles::Refuse,
+                                   ForeignFiles foreign = ForeignFiles::Reject,
                                    const std::string& view = "");
     /// Errors: "not-layers", "layers-damaged", "unknown-view".
     static Result<LayerStack> from_image(image::Image image,
-                                         ForeignFiles foreign = ForeignFiles::Refuse,
+                                         ForeignFiles foreign = ForeignFiles::Reject,
                                          const std::string& view = "");
     /// Without pixels: enough for plan_mix and mix_file. Errors as from_image, which name the file.
     static Result<LayerStack> describe(const layers::StripReader& file,
                                        const std::string& path,
-                                       ForeignFiles foreign = ForeignFiles::Refuse,
+                                       ForeignFiles foreign = ForeignFiles::Reject,
                                        const std::string& view = "");
     /// The same of files that were opened together: the beauty of each is a row by the name that
     /// stands for it. Errors: those of describe.
@@ -72,13 +72,13 @@ class LayerStack {
     const std::vector<std::string>& notes() const { return notes_; }
 
     /// Channels of a layer of family "data".
-    std::vector<layers::ChannelPlace> data_channels(const std::string& layer) const;
+    std::vector<layers::ChannelRef> data_channels(const std::string& layer) const;
 
     /// Of the file; empty where it came from memory.
     const std::string& path() const { return path_; }
 
     /// R, G or B (c = 0, 1, 2) of a light layer or of `rgba`; c = 3 is the alpha of `rgba`.
-    std::optional<layers::ChannelPlace> place(const std::string& layer, size_t c) const;
+    std::optional<layers::ChannelRef> place(const std::string& layer, size_t c) const;
     /// The same; null when it is not stored.
     const image::Channel* channel(const std::string& layer, size_t c) const;
 
@@ -97,13 +97,13 @@ class LayerStack {
   private:
     static Result<LayerStack> from_plain(image::Image image,
                                          const std::string& view,
-                                         const PlainFiles* files);
+                                         const ForeignInputs* files);
     void note_skipped(const layers::StripReader& file);
 
     image::Image image_;
     layers::LayerHeader header_;
-    std::unordered_map<std::string, layers::ChannelPlace> channels_;           ///< by full name
-    std::unordered_map<std::string, std::vector<layers::ChannelPlace>> data_;  ///< plain files only
+    std::unordered_map<std::string, layers::ChannelRef> channels_;           ///< by full name
+    std::unordered_map<std::string, std::vector<layers::ChannelRef>> data_;  ///< plain files only
     std::vector<std::string> views_, notes_;
     std::string view_;
     bool is_plain_ = false;

@@ -42,7 +42,7 @@ Result<Input> read_input(const std::string& path) {
 /// ": --max-depth 4 and 8, halves true and false" of what two objects hold, as JSON pointers
 /// without their first slash; empty if they hold the same.
 std::string differences(const nlohmann::json& a, const nlohmann::json& b) {
-    constexpr size_t most_told = 4;
+    constexpr size_t max_told = 4;
     if (!a.is_object() || !b.is_object()) return {};
     const nlohmann::json flat_a = a.flatten(), flat_b = b.flatten();
     nlohmann::json all = flat_b;
@@ -55,11 +55,11 @@ std::string differences(const nlohmann::json& a, const nlohmann::json& b) {
     };
     for (const auto& [key, value] : all.items()) {
         const std::string in_a = value_of(flat_a, key), in_b = value_of(flat_b, key);
-        if (in_a == in_b || ++count > most_told) continue;
+        if (in_a == in_b || ++count > max_told) continue;
         text += fmt::format("{} {} {} and {}", count == 1 ? ":" : ",",
                             key.substr(std::min<size_t>(1, key.size())), in_a, in_b);
     }
-    return count > most_told ? fmt::format("{}, and {} more", text, count - most_told) : text;
+    return count > max_told ? fmt::format("{}, and {} more", text, count - max_told) : text;
 }
 
 /// What the file says of its settings, beside its first sample.
@@ -153,7 +153,7 @@ Result<layers::WriteReport> merge_files(std::vector<std::string> paths,
     std::stable_sort(inputs.begin(), inputs.end(), [](const Input& a, const Input& b) {
         return std::tie(a.samples.first, a.samples.end) < std::tie(b.samples.first, b.samples.end);
     });
-    // Refuse before adding anything, so that the reason names the files
+    // Reject before adding anything, so that the reason names the files
     for (size_t i = 1; i < inputs.size(); ++i) {
         if (std::string why = mismatch(inputs[0], inputs[i]); !why.empty()) return refused(why);
         if (std::string why = range_fault(inputs[i - 1], inputs[i]); !why.empty())

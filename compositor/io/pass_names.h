@@ -6,7 +6,7 @@
 namespace velatura::compositor {
 inline namespace io {
 
-/// What a colour layer of another renderer holds, by its name.
+/// What a color layer of another renderer holds, by its name.
 enum class PassKind {
     Light,   ///< an additive part of the beauty: a row
     Beauty,  ///< the whole image, or a copy of it

@@ -22,7 +22,7 @@ struct Keyframe {
     bool operator==(const Keyframe&) const = default;
 };
 
-/// Of a gain, of the gains of a layer together, and of the exposure: floats bear it, and no picture
+/// Of a gain, of the gains of a layer together, and of the exposure: floats bear it, and no image
 /// needs it.
 inline constexpr float largest_stops = 64;
 inline constexpr float largest_factor = 0x1p64f;

@@ -21,7 +21,7 @@ namespace {
 struct Request {
     bool is_inverted = false;
     std::string source, choice;
-    bool is_picture = false;
+    bool is_image = false;
 };
 
 Result<Request> parse_request(std::span<const layers::Cryptomatte> mattes,
@@ -37,9 +37,9 @@ Result<Request> parse_request(std::span<const layers::Cryptomatte> mattes,
         return request;
     }
     // A path may hold a colon itself, a prim path never ends in .exr
-    const size_t picture = rest.rfind(".exr:");
-    request.is_picture = picture != std::string::npos;
-    const size_t colon = request.is_picture ? picture + 4 : rest.find(':');
+    const size_t image = rest.rfind(".exr:");
+    request.is_image = image != std::string::npos;
+    const size_t colon = request.is_image ? image + 4 : rest.find(':');
     if (colon == 0 || colon == std::string::npos || colon + 1 == rest.size()) {
         return Error{
             "bad-matte",
@@ -57,9 +57,9 @@ bool is_level_of(const std::string& channel, const std::string& layer) {
            channel[layer.size()] >= '0' && channel[layer.size()] <= '9';
 }
 
-std::vector<layers::ChannelPlace> level_channels(const image::Image& image,
-                                                 const std::string& layer) {
-    std::vector<layers::ChannelPlace> places;
+std::vector<layers::ChannelRef> level_channels(const image::Image& image,
+                                               const std::string& layer) {
+    std::vector<layers::ChannelRef> places;
     for (size_t p = 0; p < image.parts.size(); ++p) {
         for (size_t c = 0; c < image.parts[p].channels.size(); ++c) {
             const image::Channel& channel = image.parts[p].channels[c];
@@ -72,7 +72,7 @@ std::vector<layers::ChannelPlace> level_channels(const image::Image& image,
 
 /// A strip as an image of its own.
 image::Image strip_image(const image::Image& of,
-                         const std::vector<layers::ChannelPlace>& places,
+                         const std::vector<layers::ChannelRef>& places,
                          const layers::Strip& strip) {
     image::Image image;
     image.data = of.data;
@@ -138,17 +138,17 @@ Result<std::vector<float>> cut_cryptomatte(const LayerStack& stack,
     return values;
 }
 
-Result<std::vector<float>> read_picture(const LayerStack& stack,
-                                        const Request& request,
-                                        size_t strip_bytes) {
+Result<std::vector<float>> read_image(const LayerStack& stack,
+                                      const Request& request,
+                                      size_t strip_bytes) {
     const auto file = layers::StripReader::open(request.source);
     if (!file) return file.error();
-    const image::Image& picture = file->description();
+    const image::Image& image = file->description();
     std::vector<std::string> names;
-    std::vector<layers::ChannelPlace> places;
-    for (size_t p = 0; p < picture.parts.size(); ++p) {
-        for (size_t c = 0; c < picture.parts[p].channels.size(); ++c) {
-            names.push_back(picture.parts[p].channels[c].name);
+    std::vector<layers::ChannelRef> places;
+    for (size_t p = 0; p < image.parts.size(); ++p) {
+        for (size_t c = 0; c < image.parts[p].channels.size(); ++c) {
+            names.push_back(image.parts[p].channels[c].name);
             places.push_back({p, c});
         }
     }
@@ -158,7 +158,7 @@ Result<std::vector<float>> read_picture(const LayerStack& stack,
                      fmt::format("{} has no channel '{}'{}", request.source, request.choice,
                                  did_you_mean(request.choice, names))};
     }
-    const image::Window &a = picture.data, &b = stack.image().data;
+    const image::Window &a = image.data, &b = stack.image().data;
     if (a != b) {
         return Error{
             "matte-window",
@@ -187,8 +187,8 @@ Result<Matte> load_matte(const LayerStack& stack,
     const auto request = parse_request(mattes, text);
     if (!request) return request.error();
     std::vector<std::string> notes;
-    auto values = request->is_picture
-                      ? read_picture(stack, *request, strip_bytes)
+    auto values = request->is_image
+                      ? read_image(stack, *request, strip_bytes)
                       : cut_cryptomatte(stack, file, mattes, *request, strip_bytes, notes);
     if (!values) return values.error();
     for (float& v : *values) {
@@ -204,7 +204,7 @@ Result<std::optional<MatteIds>> matte_ids_of(const LayerStack& stack, const std:
         layers::cryptomattes_of(stack.image(), stack.path());
     const auto request = parse_request(mattes, text);
     if (!request) return request.error();
-    if (request->is_picture) return std::optional<MatteIds>();
+    if (request->is_image) return std::optional<MatteIds>();
     const auto found = layers::find_matte(mattes, request->source);
     if (!found) return found.error();
     auto ids = layers::matte_ids(**found, patterns_of(**found, request->choice));

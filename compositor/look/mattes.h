@@ -26,7 +26,7 @@ struct Matte {
 /// Reads what `--matte` names: `LAYER:PATTERN,PATTERN …` cuts a Cryptomatte of the file
 /// (layers/cryptomatte.h; LAYER may be `object` or `material`; a comma within a name is `\,` unless
 /// the name is all there is), `FILE.exr:CHANNEL` takes a channel
-/// of a picture over the same pixels; `!` before either turns it inside out. Values are clamped to
+/// of an image over the same pixels; `!` before either turns it inside out. Values are clamped to
 /// [0, 1]; those that are not finite count as 0. `file` is needed where the stack has no pixels.
 /// Files are read in strips of at most `strip_bytes`.
 /// Errors: "bad-matte" (usage), "matte-layer", "matte-name", "matte-channel", "matte-window",
@@ -43,7 +43,7 @@ struct MatteIds {
     std::vector<uint32_t> ids;
 };
 
-/// None where a picture is named. Errors as load_matte.
+/// None where an image is named. Errors as load_matte.
 Result<std::optional<MatteIds>> matte_ids_of(const LayerStack& stack, const std::string& text);
 
 }  // namespace look

@@ -49,7 +49,7 @@ FittedLook fit_look(const LayerStack& stack,
             const Look none;
             const auto selected = RowNames(stack, none).select(row);
             if (selected) return false;
-            fitted.left_out.push_back(
+            fitted.omitted.push_back(
                 fmt::format("{} of --rows {}: {}", row, name, selected.error().message));
             return true;
         });
@@ -71,7 +71,7 @@ FittedLook fit_look(const LayerStack& stack,
         const auto fault = fault_of(fitted.look);
         if (!fault) continue;
         fitted.look.controls.pop_back();
-        fitted.left_out.push_back(
+        fitted.omitted.push_back(
             fmt::format("--{} {}: {}", name_of(control.kind), control.target, fault->message));
     }
     return fitted;

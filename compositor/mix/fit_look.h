@@ -13,7 +13,7 @@ namespace velatura::compositor::mix {
 /// A look without what the file lacks.
 struct FittedLook {
     Look look;
-    std::vector<std::string> left_out;  ///< one line for each control or row, with the reason
+    std::vector<std::string> omitted;  ///< one line for each control or row, with the reason
 };
 
 /// Takes out of a look, made for another shot perhaps, every control that this file cannot follow

@@ -89,7 +89,7 @@ LayeredMix::LayeredMix(const LayerStack& layout, const MixPlan& plan, const Look
       plan_(plan),
       look_(look),
       exposure_(std::exp2(look.exposure_stops)),
-      fates_(layer_fates(layout, plan, exposure_)),
+      outcomes_(layer_outcomes(layout, plan, exposure_)),
       terms_(plan.terms) {
     const auto& layers = layout.header().layers;
     const bool has_halves = std::any_of(layers.begin(), layers.end(),
@@ -101,22 +101,22 @@ LayeredMix::LayeredMix(const LayerStack& layout, const MixPlan& plan, const Look
     add_beauty();
 }
 
-std::string LayeredMix::layer_of(const layers::ChannelPlace& place) const {
+std::string LayeredMix::layer_of(const layers::ChannelRef& place) const {
     const std::string& name = layout_.image().parts[place.part].channels[place.channel].name;
     if (!layout_.is_plain()) return name.substr(0, name.find('.'));
-    const auto at = plain_layers_.find({place.part, place.channel});
-    return at == plain_layers_.end() ? std::string() : at->second;
+    const auto at = foreign_layers_.find({place.part, place.channel});
+    return at == foreign_layers_.end() ? std::string() : at->second;
 }
 
 /// Layers of a file of another renderer by their channels: those of the view that is mixed.
-void LayeredMix::find_plain_layers() {
+void LayeredMix::find_foreign_layers() {
     for (const LayerEntry& e : layout_.header().layers) {
-        std::vector<layers::ChannelPlace> places;
+        std::vector<layers::ChannelRef> places;
         if (e.family == "data") places = layout_.data_channels(e.name);
         for (size_t c = 0; c < 4; ++c)
             if (const auto place = layout_.place(e.name, c)) places.push_back(*place);
-        for (const layers::ChannelPlace& place : places)
-            plain_layers_.try_emplace({place.part, place.channel}, e.name);
+        for (const layers::ChannelRef& place : places)
+            foreign_layers_.try_emplace({place.part, place.channel}, e.name);
     }
 }
 
@@ -141,7 +141,7 @@ void LayeredMix::add_parts() {
         layout_.is_plain() && layout_.path().empty() && layout_.image().parts.size() > 1;
     const auto views = StereoViews::of(file, layout_.view());
     UniqueNames names;
-    if (layout_.is_plain()) find_plain_layers();
+    if (layout_.is_plain()) find_foreign_layers();
     for (size_t p = 0; p < file.parts.size(); ++p) {
         image::Part part;
         part.name = file.parts[p].name;
@@ -152,11 +152,11 @@ void LayeredMix::add_parts() {
         for (size_t c = 0; c < file.parts[p].channels.size(); ++c) {
             const Channel& channel = file.parts[p].channels[c];
             if (!layout_.is_plain() && image::is_bookkeeping(channel.name)) continue;
-            const auto known = fates_.find(layer_of({p, c}));
-            const LayerFate fate = known == fates_.end() ? LayerFate::Same : known->second;
-            const bool is_of_other_view = !layout_.view().empty() && !plain_layers_.count({p, c});
-            if (fate == LayerFate::NotStored || is_of_other_view) continue;
-            const bool is_summed = fate == LayerFate::Sum;
+            const auto known = outcomes_.find(layer_of({p, c}));
+            const LayerOutcome fate = known == outcomes_.end() ? LayerOutcome::Same : known->second;
+            const bool is_of_other_view = !layout_.view().empty() && !foreign_layers_.count({p, c});
+            if (fate == LayerOutcome::NotStored || is_of_other_view) continue;
+            const bool is_summed = fate == LayerOutcome::Sum;
             const Place to{out_.parts.size(), part.channels.size()};
             by_place_[{p, c}] = to;
             std::string name = channel.name;
@@ -221,8 +221,8 @@ void LayeredMix::add_black_layers() {
             if (is_lit) add_channels({term.layer, half, 0}, terms_[0].layer);
         }
         for (const LayerEntry& e : layers) {
-            const auto fate = fates_.find(e.name);
-            if (e.family == "halves" || fate->second != LayerFate::Sum) continue;
+            const auto fate = outcomes_.find(e.name);
+            if (e.family == "halves" || fate->second != LayerOutcome::Sum) continue;
             const auto sources = sources_of(e);
             const bool is_lit = std::any_of(sources.begin(), sources.end(), [&](const auto& s) {
                 return has({s, half, 0});
@@ -336,13 +336,13 @@ std::vector<std::string> LayeredMix::casters_of(const LayerEntry& shadow) const 
 }
 
 /// R, G and B of the layers of some fates and of their half images, in any order.
-void LayeredMix::for_each(std::initializer_list<LayerFate> fates,
+void LayeredMix::for_each(std::initializer_list<LayerOutcome> outcomes,
                           const std::function<void(const LayerEntry&, const Target&)>& body) {
     std::vector<std::pair<const LayerEntry*, Target>> jobs;
     for (const LayerEntry& e : layout_.header().layers) {
-        const auto fate = fates_.find(e.name);
-        if (e.family == "halves" || fate == fates_.end()) continue;
-        if (std::find(fates.begin(), fates.end(), fate->second) == fates.end()) continue;
+        const auto fate = outcomes_.find(e.name);
+        if (e.family == "halves" || fate == outcomes_.end()) continue;
+        if (std::find(outcomes.begin(), outcomes.end(), fate->second) == outcomes.end()) continue;
         for (const std::string& half : halves_) {
             for (size_t c = 0; c < 3; ++c)
                 if (has({e.name, half, c})) jobs.push_back({&e, {e.name, half, c}});
@@ -374,8 +374,8 @@ void LayeredMix::clear_not_finite() {
         }
         channel.data = std::move(finite);
     };
-    using enum LayerFate;
-    for_each({Gained, Shadow, Beside, Uniform, Clamp}, [&](const LayerEntry&, const Target& t) {
+    using enum LayerOutcome;
+    for_each({Graded, Shadow, Beside, Uniform, Clamp}, [&](const LayerEntry&, const Target& t) {
         clear(full_name(t.layer, t.half), *channel(t));
     });
     const bool is_gained = plan_.family == "beauty" || plan_.family == "plain";
@@ -383,7 +383,7 @@ void LayeredMix::clear_not_finite() {
         const auto place = layout_.place("rgba", c);
         if (!place) continue;
         const auto known = by_place_.find({place->part, place->channel});
-        // Shades of grey have one channel for all three; rows are cleared with the others
+        // Shades of gray have one channel for all three; rows are cleared with the others
         const bool is_row = c == 3 && layout_.is_plain() && !layout_.has_beauty();
         if (known == by_place_.end() || is_row) continue;
         Channel* const split = c < 3 ? channel({"rgba", "", c}) : nullptr;
@@ -449,7 +449,7 @@ void LayeredMix::fold(const std::vector<std::string>& layers, const Target& targ
 }
 
 void LayeredMix::gain_all() {
-    using enum LayerFate;
+    using enum LayerOutcome;
     std::vector<std::pair<const MixPlan::Term*, Target>> jobs;
     std::vector<std::string> order;
     for (const MixPlan::Term& term : terms_) {
@@ -475,20 +475,20 @@ void LayeredMix::gain_all() {
     for_each({Sum}, [&](const LayerEntry& e, const Target& t) { fold(sources_of(e), t); });
     if (plan_.family == "beauty") return;
     for_each({Beauty}, [&](const LayerEntry&, const Target& t) {
-        const auto fate = fates_.find(full_name(t.layer, t.half));
-        if (fate == fates_.end() || fate->second != Same) fold(order, t);
+        const auto fate = outcomes_.find(full_name(t.layer, t.half));
+        if (fate == outcomes_.end() || fate->second != Same) fold(order, t);
     });
     // A header that does not name the beauty
-    for (size_t c = 0; c < 3 && !fates_.count("rgba"); ++c) fold(order, {"rgba", "", c});
+    for (size_t c = 0; c < 3 && !outcomes_.count("rgba"); ++c) fold(order, {"rgba", "", c});
 }
 
-/// A row or beauty in shades of grey may have colors now.
-void LayeredMix::split_grey() {
+/// A row or beauty in shades of gray may have colors now.
+void LayeredMix::split_gray() {
     for (const LayerEntry& e : layout_.header().layers) {
-        const auto grey = layout_.place(e.name, 0);
-        const bool is_grey = grey && grey == layout_.place(e.name, 1);
-        if (!is_grey || fates_.at(e.name) == LayerFate::Same) continue;
-        const auto known = by_place_.find({grey->part, grey->channel});
+        const auto gray = layout_.place(e.name, 0);
+        const bool is_gray = gray && gray == layout_.place(e.name, 1);
+        if (!is_gray || outcomes_.at(e.name) == LayerOutcome::Same) continue;
+        const auto known = by_place_.find({gray->part, gray->channel});
         if (known == by_place_.end()) continue;
         const Place at = known->second;
         auto& channels = out_.parts[at.first].channels;
@@ -503,8 +503,8 @@ void LayeredMix::split_grey() {
     }
 }
 
-/// What is grey still.
-void LayeredMix::join_grey() {
+/// What is gray still.
+void LayeredMix::join_gray() {
     for (const LayerEntry& e : layout_.header().layers) {
         const auto red = added_.find(e.name + ".R");
         if (red == added_.end()) continue;
@@ -550,7 +550,7 @@ void LayeredMix::add_beauty_of_rows() {
 }
 
 /// Of a file of another renderer: the beauty, and then its rows.
-void LayeredMix::mix_plain() {
+void LayeredMix::mix_foreign() {
     std::array<Values, 3> mixed;
     parallel_for(3, [&](size_t c) {
         mixed[c].assign(out_.data.pixel_count(), 0.0f);
@@ -561,10 +561,10 @@ void LayeredMix::mix_plain() {
             for (size_t i = 0; i < part.size(); ++i) mixed[c][i] += part[i];
         }
     });
-    for_each({LayerFate::Beside}, [&](const LayerEntry& e, const Target& t) {
+    for_each({LayerOutcome::Beside}, [&](const LayerEntry& e, const Target& t) {
         *values(t) = gained(*beside(e.name), *values(t), t.c);
     });
-    for_each({LayerFate::Uniform}, [&](const LayerEntry& e, const Target& t) {
+    for_each({LayerOutcome::Uniform}, [&](const LayerEntry& e, const Target& t) {
         *values(t) = gained({e.name, *plan_.common_gain}, *values(t), t.c);
     });
     if (!layout_.has_beauty()) sum_of_rows_ = std::move(mixed);
@@ -573,13 +573,13 @@ void LayeredMix::mix_plain() {
 }
 
 void LayeredMix::set_variance() {
-    const auto fate = fates_.find("variance");
+    const auto fate = outcomes_.find("variance");
     Channel* variance = nullptr;
     for (image::Part& part : out_.parts) {
         for (Channel& c : part.channels)
             if (c.name == "variance") variance = &c;
     }
-    if (!variance || fate == fates_.end() || fate->second != LayerFate::Variance) return;
+    if (!variance || fate == outcomes_.end() || fate->second != LayerOutcome::Variance) return;
     Values now = floats_of(*variance);
     if (plan_.common_gain) {
         const double gain = double((*plan_.common_gain)[0]) * double(exposure_);
@@ -609,7 +609,7 @@ void LayeredMix::replace_copies_of_beauty() {
         if (!is_copy) continue;
         for (size_t c = 0; c < 3; ++c)
             channel({e.name, "", c})->data = channel({"rgba", "", c})->data;
-        fates_[e.name] = LayerFate::Beauty;
+        outcomes_[e.name] = LayerOutcome::Beauty;
     }
 }
 
@@ -617,8 +617,8 @@ void LayeredMix::replace_copies_of_beauty() {
 void LayeredMix::restore_types() {
     std::vector<Target> layers;
     for (const LayerEntry& e : layout_.header().layers) {
-        const auto fate = fates_.find(e.name);
-        if (e.family == "halves" || fate == fates_.end() || fate->second == LayerFate::Same)
+        const auto fate = outcomes_.find(e.name);
+        if (e.family == "halves" || fate == outcomes_.end() || fate->second == LayerOutcome::Same)
             continue;
         for (const std::string& half : halves_) layers.push_back({e.name, half, 0});
     }
@@ -640,8 +640,8 @@ void LayeredMix::restore_types() {
 std::optional<NotFiniteLayer> LayeredMix::overflow() {
     const auto width = size_t(out_.data.width());
     NotFinite all{0, out_.data.pixel_count()};
-    using enum LayerFate;
-    for_each({Beauty, Gained, Sum, Shadow, Beside, Uniform, Clamp},
+    using enum LayerOutcome;
+    for_each({Beauty, Graded, Sum, Shadow, Beside, Uniform, Clamp},
              [&](const LayerEntry&, const Target& t) {
                  const Channel& of = *channel(t);
                  const NotFinite found = find_not_finite({of.type(), of.bytes()}, 0, of.size());
@@ -654,13 +654,13 @@ std::optional<NotFiniteLayer> LayeredMix::overflow() {
                           out_.data.y0 + int(all.first / width)};
 }
 
-image::Image LayeredMix::picture(std::vector<NotFiniteLayer>* not_finite) {
+image::Image LayeredMix::image(std::vector<NotFiniteLayer>* not_finite) {
     for (size_t c = 0; c < 3; ++c)
         if (const Channel* beauty = channel({"rgba", "", c})) rendered_[c] = floats_of(*beauty);
-    if (layout_.is_plain()) split_grey();
+    if (layout_.is_plain()) split_gray();
     clear_not_finite();
     if (layout_.is_plain())
-        mix_plain();
+        mix_foreign();
     else
         gain_all();
     if (not_finite) {
@@ -670,7 +670,7 @@ image::Image LayeredMix::picture(std::vector<NotFiniteLayer>* not_finite) {
     set_variance();
     replace_copies_of_beauty();
     restore_types();
-    if (layout_.is_plain()) join_grey();
+    if (layout_.is_plain()) join_gray();
     if (layout_.is_plain() && !layout_.has_beauty()) add_beauty_of_rows();
     if (!layout_.is_plain()) write_header();
     out_.attributes[mix_attribute] = look_to_json(look_);

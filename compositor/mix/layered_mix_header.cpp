@@ -84,21 +84,21 @@ void LayeredMix::write_header() {
     for (const image::Part& part : out_.parts)
         for (const Channel& c : part.channels) part_of[&c] = &part;
     for (LayerEntry entry : header.layers) {
-        const LayerFate fate = fates_.at(entry.name);
-        if (fate == LayerFate::NotStored) continue;
+        const LayerOutcome fate = outcomes_.at(entry.name);
+        if (fate == LayerOutcome::NotStored) continue;
         const auto at = channels.find(entry.name);
         if (at != channels.end()) {
             entry.is_empty = false;
             entry.part = part_of.at(at->second[0])->name;
             // What is as it was keeps its digest, right or wrong
-            if (fate != LayerFate::Same) entry.type = type_of(at->second);
-            if (fate != LayerFate::Same) entry.digest.clear();
+            if (fate != LayerOutcome::Same) entry.type = type_of(at->second);
+            if (fate != LayerOutcome::Same) entry.digest.clear();
         }
         // A header that names data which are not there
         if (at == channels.end() && !entry.is_empty) continue;
         const bool is_of_ids =
             entry.family == "cryptomatte" && std::isdigit(uint8_t(entry.name.back())) != 0;
-        if (fate == LayerFate::Same && at != channels.end() &&
+        if (fate == LayerOutcome::Same && at != channels.end() &&
             has_lost_channels(at->second, is_of_ids))
             entry.digest.clear();
         resolved.layers.push_back(std::move(entry));
@@ -129,9 +129,9 @@ void LayeredMix::write_header() {
         const auto first =
             std::find_if(header.layers.begin(), header.layers.end(),
                          [&](const LayerEntry& e) { return e.family == family.family; });
-        const LayerFate fate =
-            first == header.layers.end() ? LayerFate::NotStored : fates_.at(first->name);
-        if (fate == LayerFate::Sum) {
+        const LayerOutcome fate =
+            first == header.layers.end() ? LayerOutcome::NotStored : outcomes_.at(first->name);
+        if (fate == LayerOutcome::Sum) {
             family.order.clear();
             for (const LayerEntry& e : header.layers)
                 if (e.family == family.family) family.order.push_back(e.name);
@@ -142,7 +142,7 @@ void LayeredMix::write_header() {
                 const LayerEntry* e = header.find(l);
                 return !e || e->is_empty || has({l, "", 0});
             });
-        if (fate != LayerFate::NotStored && is_whole)
+        if (fate != LayerOutcome::NotStored && is_whole)
             resolved.closure.push_back(measured(std::move(family)));
     }
     accumulate::LayerSet set;

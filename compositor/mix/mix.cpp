@@ -39,16 +39,16 @@ struct Rows {
     std::vector<float> values, clamp;
 };
 
-/// Folds strips into the mixed picture. Strips may come in any order and from several threads.
+/// Folds strips into the mixed image. Strips may come in any order and from several threads.
 class Mixer {
   public:
     Mixer(const LayerStack& layout, const MixPlan& plan, const Look& look, image::ChannelType type);
 
     /// What strips must hold.
-    std::span<const layers::ChannelPlace> channels() const { return channels_; }
+    std::span<const layers::ChannelRef> channels() const { return channels_; }
 
     void fold(const layers::Strip& strip);
-    image::Image picture(const Look& look);
+    image::Image image(const Look& look);
     void list_not_finite(std::vector<NotFiniteLayer>& out) const;
 
   private:
@@ -67,9 +67,9 @@ class Mixer {
     const MixPlan& plan_;
     const image::ChannelType type_;
     std::vector<MixPlan::Term> terms_;
-    std::vector<layers::ChannelPlace> channels_;  ///< each once
-    std::vector<std::string> channel_layers_;     ///< per channel, for messages
-    std::vector<size_t> channel_steps_;           ///< the first that loads it, which tells of it
+    std::vector<layers::ChannelRef> channels_;  ///< each once
+    std::vector<std::string> channel_layers_;   ///< per channel, for messages
+    std::vector<size_t> channel_steps_;         ///< the first that loads it, which tells of it
     std::vector<Step> steps_;
     std::optional<size_t> alpha_;
     std::array<std::vector<float>, 3> fold_;
@@ -212,7 +212,7 @@ std::string digest_of_beauty(const image::Image& image) {
     return image::digest_of(image.data, channels);
 }
 
-image::Image Mixer::picture(const Look& look) {
+image::Image Mixer::image(const Look& look) {
     image::Image out;
     out.data = layout_.image().data;
     image::Part rgba;
@@ -265,7 +265,7 @@ void Mixer::list_not_finite(std::vector<NotFiniteLayer>& out) const {
     }
 }
 
-/// Of the display window; 1 where the picture has none, 0 beside its data.
+/// Of the display window; 1 where the image has none, 0 beside its data.
 std::vector<float> alpha_of(const image::Image& mixed) {
     const image::Channel* const stored = mixed.parts[0].find("A");
     const image::Window& frame = mixed.display;
@@ -312,13 +312,13 @@ image::Image apply_mix(const LayerStack& stack,
         LayeredMix layered(stack, plan, look);
         layers::for_each_strip(stack.image(), layered.channels(),
                                [&](const layers::Strip& strip) { layered.take(strip); });
-        return layered.picture(not_finite);
+        return layered.image(not_finite);
     }
     Mixer mixer(stack, plan, look, type);
     layers::for_each_strip(stack.image(), mixer.channels(),
                            [&](const layers::Strip& strip) { mixer.fold(strip); });
     if (not_finite) mixer.list_not_finite(*not_finite);
-    return mixer.picture(look);
+    return mixer.image(look);
 }
 
 Result<image::Image> mix_file(const layers::StripReader& file,
@@ -335,20 +335,20 @@ Result<image::Image> mix_file(const layers::StripReader& file,
             layered.channels(), [&](const layers::Strip& strip) { layered.take(strip); },
             strip_bytes);
         if (!read) return read.error();
-        return layered.picture(not_finite);
+        return layered.image(not_finite);
     }
     Mixer mixer(layout, plan, look, type);
     const auto done = file.read(
         mixer.channels(), [&](const layers::Strip& strip) { mixer.fold(strip); }, strip_bytes);
     if (!done) return done.error();
     if (not_finite) mixer.list_not_finite(*not_finite);
-    return mixer.picture(look);
+    return mixer.image(look);
 }
 
 Result<void> write_display(const std::string& path,
                            const image::Image& mixed,
                            const Look& look,
-                           const PictureStorage& storage,
+                           const ImageStorage& storage,
                            std::vector<std::string>* warnings) {
     const auto color = image::color_of(mixed, look.input_space);
     if (!color) return color.error();

@@ -3,10 +3,10 @@
 
 #include "base/frames.h"
 #include "base/tasks.h"
+#include "compositor/io/image_name.h"
 #include "compositor/io/input_files.h"
-#include "compositor/io/picture_name.h"
 #include "compositor/mix/fit_look.h"
-#include "compositor/mix/layer_fates.h"
+#include "compositor/mix/layer_outcomes.h"
 #include "compositor/mix/mix.h"
 #include "compositor/mix/mix_plan.h"
 #include "image/digest.h"
@@ -29,8 +29,8 @@ namespace velatura::compositor::mix {
 
 namespace {
 
-/// The mixed picture, the copy that is read back, and what a display transform needs.
-constexpr size_t picture_bytes_per_pixel = 48;
+/// The mixed image, the copy that is read back, and what a display transform needs.
+constexpr size_t image_bytes_per_pixel = 48;
 /// A channel that is stored as well, and its copy.
 constexpr size_t channel_bytes_per_pixel = 8;
 constexpr size_t matte_bytes_per_pixel = 4;
@@ -71,7 +71,7 @@ size_t frame_bytes(const MixJob& job, const LayerStack& layout, int frame) {
     for (Control& control : look.controls) {
         if (!control.matte.empty()) mattes.insert(std::exchange(control.matte, {}));
     }
-    size_t bytes_per_pixel = picture_bytes_per_pixel + matte_bytes_per_pixel * mattes.size();
+    size_t bytes_per_pixel = image_bytes_per_pixel + matte_bytes_per_pixel * mattes.size();
     if (job.with_layers && is_exr(job.output)) {
         for (const image::Part& part : layout.image().parts) {
             for (const image::Channel& c : part.channels)
@@ -154,7 +154,7 @@ Result<std::vector<std::string>> mix_one(const MixJob& job,
     }
     if (job.is_lenient) {
         FittedLook fitted = fit_look(layout, look, &file, strip_bytes);
-        for (const std::string& line : fitted.left_out)
+        for (const std::string& line : fitted.omitted)
             warnings.push_back(fmt::format("{}: skipped {}", input, line));
         look = std::move(fitted.look);
     }
@@ -162,11 +162,11 @@ Result<std::vector<std::string>> mix_one(const MixJob& job,
     if (!plan) return Error{plan.error().code, fmt::format("{}: {}", input, plan.error().message)};
     for (const std::string& note : plan->notes) warnings.push_back(input + ": " + note);
     if (job.with_layers) {
-        const std::string left_out =
+        const std::string omitted =
             layers_not_stored(layout, *plan, std::exp2(look.exposure_stops));
-        if (!left_out.empty())
-            warnings.push_back(fmt::format("{}: not stored, as they do not hold for the mix: {}",
-                                           input, left_out));
+        if (!omitted.empty())
+            warnings.push_back(
+                fmt::format("{}: not stored, as they do not hold for the mix: {}", input, omitted));
         add_lossy_mattes(layout, input, warnings);
     }
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/result.h"
-#include "compositor/io/picture_storage.h"
+#include "compositor/io/image_storage.h"
 #include "compositor/look/controls.h"
 
 #include <cstddef>
@@ -16,11 +16,11 @@ namespace velatura::compositor::mix {
 /// What `velatura-comp mix` does with a file, or with each frame of a sequence.
 struct MixJob {
     std::vector<std::string> inputs;  ///< .exr; several are one mix (input_files.h)
-    std::string output;  ///< .exr or a display picture; all may be sequences (base/frames.h)
+    std::string output;  ///< .exr or a display image; all may be sequences (base/frames.h)
     std::string view;    ///< of a stereo file; empty: the first
     Look look;
     bool with_layers = false;               ///< only to .exr
-    PictureStorage storage;                 ///< of the output
+    ImageStorage storage;                   ///< of the output
     bool is_lenient = false;                ///< leaves out what the file lacks
     bool is_strict = false;                 ///< refuses values that are not finite
     size_t memory_bytes = size_t(4) << 30;  ///< for all frames at work, of a sequence
@@ -29,7 +29,7 @@ struct MixJob {
 /// How many frames are mixed side by side, and what each of them takes.
 struct MemoryShare {
     size_t frames = 1;
-    size_t frame_bytes = 0;  ///< picture, mattes and gained layers; may be more than there is
+    size_t frame_bytes = 0;  ///< image, mattes and gained layers; may be more than there is
     size_t strip_bytes = 0;  ///< for the readers of a frame
 };
 

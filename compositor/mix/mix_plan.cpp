@@ -95,7 +95,7 @@ class Planner {
 };
 
 size_t Planner::matte_number(const std::string& text) {
-    if (text.empty()) return whole_picture;
+    if (text.empty()) return whole_image;
     for (size_t m = 0; m < plan_.mattes.size(); ++m) {
         if (plan_.mattes[m].text == text) return m;
     }
@@ -109,13 +109,13 @@ void Planner::apply_gain(const Control& control, const Selection& selected) {
                             ? kelvin_tint(control.kelvin, file_from_rec709_)
                             : control.factor;
     const size_t matte = matte_number(control.matte);
-    if (matte == whole_picture)
+    if (matte == whole_image)
         plan_.faders.apply(control.kind, factor, selected);
     else
         plan_.faders.matted.push_back({matte, control.target, factor, selected});
     for (size_t i = 0; i < cells_.size(); ++i) {
         if (!selected[i]) continue;
-        if (matte == whole_picture) {
+        if (matte == whole_image) {
             multiply(cells_[i].gain, factor);
         } else {
             cells_[i].mattes.push_back({matte, factor});
@@ -138,13 +138,13 @@ void Planner::apply_solos() {
         for (size_t i = 0; i < cells_.size(); ++i)
             unheard[i] = std::none_of(solos.begin(), solos.end(),
                                       [i](const Selection& s) { return bool(s[i]); });
-        if (matte == whole_picture)
+        if (matte == whole_image)
             plan_.faders.mute(unheard);
         else
             plan_.faders.matted.push_back({matte, "solo", {0, 0, 0}, unheard});
         for (size_t i = 0; i < cells_.size(); ++i) {
             if (!unheard[i]) continue;
-            if (matte == whole_picture) {
+            if (matte == whole_image) {
                 cells_[i].gain = {0, 0, 0};
             } else {
                 cells_[i].mattes.push_back({matte, {0, 0, 0}});
@@ -375,7 +375,7 @@ Result<void> Planner::add_shadow(const accumulate::LayerEntry& entry,
     // A lifted shadow shows the light's direct light, so it takes the gain of that cell
     const CellGain& gains = cell(rows_.direct_column(), rows_.group_of(entry.group));
     Term term{entry.name, gains.gain, gains.mattes};
-    if (lifts.size() == 1 && lifts[0].matte == whole_picture) {
+    if (lifts.size() == 1 && lifts[0].matte == whole_image) {
         multiply(term.gain, {lifts[0].share, lifts[0].share, lifts[0].share});
     } else {
         term.matted_lifts = lifts;
@@ -494,7 +494,7 @@ Result<void> Planner::check_gains() const {
 bool has_mattes(const Term& term) {
     return !term.matted_gains.empty() || !term.matted_lifts.empty() ||
            std::any_of(term.clamp_shares.begin(), term.clamp_shares.end(),
-                       [](const MattedShare& s) { return s.matte != whole_picture; });
+                       [](const MattedShare& s) { return s.matte != whole_image; });
 }
 
 std::vector<Term> MixPlan::all_terms() const {
@@ -510,7 +510,7 @@ float MixPlan::matte_factor(const Term& term, size_t c, size_t pixel) const {
     if (term.matted_lifts.empty()) return factor;
     float lift = 0.0f;
     for (const MattedShare& l : term.matted_lifts) {
-        lift += l.matte == whole_picture ? l.share : l.share * (*mattes[l.matte].values)[pixel];
+        lift += l.matte == whole_image ? l.share : l.share * (*mattes[l.matte].values)[pixel];
     }
     return factor * lift;
 }
@@ -519,7 +519,7 @@ float MixPlan::clamp_share(const Term& term, size_t pixel) const {
     float share = 0.0f;
     for (const MattedShare& s : term.clamp_shares) {
         share = std::max(
-            share, s.matte == whole_picture ? s.share : s.share * (*mattes[s.matte].values)[pixel]);
+            share, s.matte == whole_image ? s.share : s.share * (*mattes[s.matte].values)[pixel]);
     }
     return share;
 }

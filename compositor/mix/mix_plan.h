@@ -16,11 +16,11 @@
 namespace velatura::compositor::mix {
 
 /// In place of the number of a matte.
-inline constexpr size_t whole_picture = size_t(-1);
+inline constexpr size_t whole_image = size_t(-1);
 
 /// A gain within a matte m: 1 + m (gain − 1) per pixel.
 struct MattedGain {
-    size_t matte = whole_picture;
+    size_t matte = whole_image;
     std::array<float, 3> gain = {1, 1, 1};
 
     bool operator==(const MattedGain&) const = default;
@@ -28,7 +28,7 @@ struct MattedGain {
 
 /// A share within a matte: m times it per pixel.
 struct MattedShare {
-    size_t matte = whole_picture;
+    size_t matte = whole_image;
     float share = 0;
 
     bool operator==(const MattedShare&) const = default;

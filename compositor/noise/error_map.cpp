@@ -49,9 +49,7 @@ image::Image error_image(const LayerStack& stack, const MixError& mix) {
     return out;
 }
 
-Result<void> write_error_picture(const std::string& path,
-                                 const image::Image& errors,
-                                 double middle) {
+Result<void> write_error_image(const std::string& path, const image::Image& errors, double middle) {
     constexpr float range_stops = 4;  // to either side
     const image::Window& frame = errors.display;
     std::vector<float> rgb(3 * frame.pixel_count(), 0.0f);
@@ -62,9 +60,9 @@ Result<void> write_error_picture(const std::string& path,
             const double value = double(relative.value(errors.data.index(x, y)));
             if (!(value > 0) || !(middle > 0)) continue;
             const auto stops = float(std::log2(value / middle));
-            const auto colour =
+            const auto color =
                 canvas::heat(std::clamp(0.5f + stops / (2 * range_stops), 0.0f, 1.0f));
-            std::copy(colour.begin(), colour.end(), &rgb[3 * frame.index(x, y)]);
+            std::copy(color.begin(), color.end(), &rgb[3 * frame.index(x, y)]);
         }
     }
     return image::write_display_image(path, frame.width(), frame.height(), rgb);

@@ -51,15 +51,15 @@ std::vector<float> variance_shares(const LayerStack& stack) {
     return shares;
 }
 
-statistics::NoisyPicture noisy_picture(const MixError& mix) {
-    statistics::NoisyPicture picture;
+statistics::NoisyImage noisy_image(const MixError& mix) {
+    statistics::NoisyImage image;
     for (size_t c = 0; c < 3; ++c) {
-        picture[c].mean = mix.mean[c];
-        picture[c].variance.resize(mix.mean[c].size());
+        image[c].mean = mix.mean[c];
+        image[c].variance.resize(mix.mean[c].size());
         for (size_t i = 0; i < mix.mean[c].size(); ++i)
-            picture[c].variance[i] = float(mix.variance(c, i));
+            image[c].variance[i] = float(mix.variance(c, i));
     }
-    return picture;
+    return image;
 }
 
 /// A row of the mixer: its terms, and what they make of its name.
@@ -154,27 +154,27 @@ class ControlledMix {
         const auto between = [factor](float at_0, float at_1) {
             return double(at_0) + factor * (double(at_1) - double(at_0));
         };
-        statistics::NoisyPicture picture;
+        statistics::NoisyImage image;
         const size_t pixels = at_0_.share.size();
         for (size_t c = 0; c < 3; ++c) {
-            picture[c].mean.resize(pixels);
-            picture[c].variance.resize(pixels);
+            image[c].mean.resize(pixels);
+            image[c].variance.resize(pixels);
             for (size_t i = 0; i < pixels; ++i) {
                 const double d = between(at_0_.difference[c][i], at_1_.difference[c][i]);
-                picture[c].variance[i] = float(d * d * double(at_0_.share[i]));
-                picture[c].mean[i] = float(between(at_0_.mean[c][i], at_1_.mean[c][i]));
+                image[c].variance[i] = float(d * d * double(at_0_.share[i]));
+                image[c].mean[i] = float(between(at_0_.mean[c][i], at_1_.mean[c][i]));
             }
         }
-        return statistics::picture_error(window_.width(), window_.height(), picture).value;
+        return statistics::image_error(window_.width(), window_.height(), image).value;
     }
 
-    /// The largest factor up to `most` with at most that error, within a thousandth. More light may
+    /// The largest factor up to `max` with at most that error, within a thousandth. More light may
     /// also bring less relative error, so factors are tried from above, half a stop at a time.
-    std::optional<double> largest_within(double target, double most) const {
+    std::optional<double> largest_within(double target, double max) const {
         constexpr int half_stops = 24, halvings = 10;
-        double above = most;
+        double above = max;
         for (int k = 1; k <= half_stops; ++k) {
-            const double below = k == half_stops ? 0 : most * std::exp2(-0.5 * k);
+            const double below = k == half_stops ? 0 : max * std::exp2(-0.5 * k);
             if (error_at(below) <= target) {
                 double low = below, high = above;
                 for (int i = 0; i < halvings; ++i) {
@@ -264,10 +264,10 @@ Result<MixError> add_up(const LayerStack& stack, const mix::MixPlan& plan, const
 
 /// Sets what errors of the mix are relative to. Returns: all of that.
 std::array<statistics::ErrorBases, 3> set_base(const LayerStack& stack,
-                                               const statistics::NoisyPicture& picture,
+                                               const statistics::NoisyImage& image,
                                                MixError& mix) {
     const image::Window& window = stack.image().data;
-    auto bases = statistics::error_bases(window.width(), window.height(), picture);
+    auto bases = statistics::error_bases(window.width(), window.height(), image);
     for (size_t c = 0; c < 3; ++c) mix.base[c] = bases[c].likely;
     return bases;
 }
@@ -276,7 +276,7 @@ std::array<statistics::ErrorBases, 3> set_base(const LayerStack& stack,
 
 Result<MixError> mix_error(const LayerStack& stack, const mix::MixPlan& plan, const Look& look) {
     auto mix = add_up(stack, plan, look);
-    if (mix) set_base(stack, noisy_picture(*mix), *mix);
+    if (mix) set_base(stack, noisy_image(*mix), *mix);
     return mix;
 }
 
@@ -294,9 +294,9 @@ Result<MixError> NoiseSum::add(const LayerStack& strip,
     if (!rendered) return rendered;
     if (!mix) return mix;
     const int width = strip.image().data.width();
-    const auto add = [&](MixError& error, statistics::PictureErrorSum& sum) {
-        const statistics::NoisyPicture picture = noisy_picture(error);
-        sum.add(width, top, first, end, picture, set_base(strip, picture, error));
+    const auto add = [&](MixError& error, statistics::ImageErrorSum& sum) {
+        const statistics::NoisyImage image = noisy_image(error);
+        sum.add(width, top, first, end, image, set_base(strip, image, error));
     };
     add(*rendered, rendered_);
     add(*mix, mix_);

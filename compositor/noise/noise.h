@@ -5,7 +5,7 @@
 #include "compositor/io/layer_stack.h"
 #include "compositor/look/controls.h"
 #include "compositor/mix/mix.h"
-#include "statistics/picture_error.h"
+#include "statistics/image_error.h"
 #include "statistics/relative_error.h"
 
 #include <array>
@@ -48,8 +48,8 @@ struct RowNoise {
 
 /// How far one control of the look may go when everything else stays as it is.
 struct ControlCap {
-    Control control;             ///< a gain above 1 or a lifted shadow
-    std::optional<double> most;  ///< factor or lift; none: the target is out of its reach
+    Control control;            ///< a gain above 1 or a lifted shadow
+    std::optional<double> max;  ///< factor or lift; none: the target is out of its reach
 };
 
 /// What would bring a mix to a wanted error.
@@ -73,7 +73,7 @@ struct NoiseForecast {
 class NoiseSum {
   public:
     /// Rows [first, end) of a strip whose row 0 is row `top` of the file, as for
-    /// image::PictureErrorSum; the plan is that of the look, with mattes over the strip. Returns:
+    /// image::ImageErrorSum; the plan is that of the look, with mattes over the strip. Returns:
     /// the strip's error of the mix, pixel by pixel. Errors: "halves-not-stored".
     Result<MixError> add(const LayerStack& strip,
                          const mix::MixPlan& plan,
@@ -96,7 +96,7 @@ class NoiseSum {
   private:
     std::vector<RowNoise> shares_of(std::vector<RowNoise> sums) const;
 
-    statistics::PictureErrorSum rendered_, mix_;
+    statistics::ImageErrorSum rendered_, mix_;
     double squares_ = 0;                                ///< of the mix
     std::vector<RowNoise> groups_, bounces_, shadows_;  ///< what they have of squares_
 };

@@ -52,7 +52,7 @@ class Outlook {
     double samples_for(double target) const {
         double low = mean_of(counts_), high = 2 * low;
         if (error_at(low) <= target) return low;
-        while (error_at(high) > target && high < most) low = high, high *= 2;
+        while (error_at(high) > target && high < max) low = high, high *= 2;
         constexpr int halvings = 12;
         for (int i = 0; i < halvings; ++i) {
             const double middle = (low + high) / 2;
@@ -62,7 +62,7 @@ class Outlook {
     }
 
   private:
-    static constexpr double most = 0x1p31;
+    static constexpr double max = 0x1p31;
 
     const image::Window& window_;
     const std::vector<uint64_t>& counts_;
@@ -105,8 +105,8 @@ std::vector<float> top_up_priority(const image::Window& window,
 Result<TopUpPlan> plan_top_up(const LayerStack& stack,
                               const std::vector<uint64_t>& counts,
                               const Look& look,
-                              const TopUpWish& wish) {
-    auto forecast = forecast_noise(stack, look, wish.target);
+                              const TopUpGoal& goal) {
+    auto forecast = forecast_noise(stack, look, goal.target);
     if (!forecast) return forecast.error();
     TopUpPlan plan;
     plan.forecast = std::move(*forecast);
@@ -121,8 +121,8 @@ Result<TopUpPlan> plan_top_up(const LayerStack& stack,
     request.priority = top_up_priority(request.window, plan.forecast.error, counts);
 
     const Outlook outlook(request.window, plan.forecast.error, counts, request.priority);
-    if (wish.samples) {
-        request.samples = *wish.samples;
+    if (goal.samples) {
+        request.samples = *goal.samples;
     } else {
         plan.target = plan.forecast.advice.target;
         request.samples = outlook.samples_for(plan.target);

@@ -13,7 +13,7 @@
 namespace velatura::compositor::noise {
 
 /// What a top-up is to come to. None: the error that the render has with every gain at 1.
-struct TopUpWish {
+struct TopUpGoal {
     std::optional<double> target;   ///< √relMSE of the mix
     std::optional<double> samples;  ///< per pixel in the mean, those that are there included
 };
@@ -29,7 +29,7 @@ struct TopUpPlan {
     layers::TopUpRequest request;
 };
 
-/// The priority of every pixel: root of the mean, over its neighbours up to image::top_up_reach
+/// The priority of every pixel: root of the mean, over its neighbors up to image::top_up_reach
 /// away, itself left out, of the squared relative error that one sample leaves in the mix. Of
 /// pixels that have one number of samples among them, the sum of errors is least if it is in
 /// proportion to that. Args: counts = samples of every pixel.
@@ -41,6 +41,6 @@ std::vector<float> top_up_priority(const image::Window& window,
 Result<TopUpPlan> plan_top_up(const LayerStack& stack,
                               const std::vector<uint64_t>& counts,
                               const Look& look,
-                              const TopUpWish& wish);
+                              const TopUpGoal& goal);
 
 }  // namespace velatura::compositor::noise

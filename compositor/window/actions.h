@@ -17,7 +17,7 @@ enum class Action {
     NextFrame,
     OpenPreset,
     SavePreset,
-    SavePicture,
+    SaveImage,
     ExportNuke,
     ExportOiio,
     ExportBlender,
@@ -55,7 +55,7 @@ enum class Action {
     ShowLuminance,
     PreviousLayer,
     NextLayer,
-    MarkFaults,
+    FlagPixels,
     PickMatte,
     ShowHelp,
 };

@@ -12,9 +12,9 @@ namespace velatura::compositor::window {
 
 namespace {
 
-constexpr float most_stops = 20;
+constexpr float max_stops = 20;
 /// What a table of Dear ImGui takes.
-constexpr size_t most_columns = 64;
+constexpr size_t max_columns = 64;
 
 /// A number to drag, colored by how far it is from 0. The target is a cell, a group or a bounce.
 void draw_cell(Drawing& drawing, const std::string& target) {
@@ -25,17 +25,17 @@ void draw_cell(Drawing& drawing, const std::string& target) {
     ImGui::PushID(target.c_str());
     const float strength = std::min(std::abs(state.stops) / 4, 1.0f) * 0.5f;
     const bool is_changed = state.stops != 0 && !state.is_muted;
-    ImVec4 fill = state.is_muted ? with_alpha(colour::mute, 0.45f) : colour::field;
+    ImVec4 fill = state.is_muted ? with_alpha(color::mute, 0.45f) : color::field;
     if (is_changed) {
-        const ImVec4& toward = state.stops > 0 ? colour::accent : ImVec4(0.35f, 0.55f, 0.80f, 1);
+        const ImVec4& toward = state.stops > 0 ? color::accent : ImVec4(0.35f, 0.55f, 0.80f, 1);
         fill = {fill.x + (toward.x - fill.x) * strength, fill.y + (toward.y - fill.y) * strength,
                 fill.z + (toward.z - fill.z) * strength, 1};
     }
     ImGui::PushStyleColor(ImGuiCol_FrameBg, fill);
-    ImGui::PushStyleColor(ImGuiCol_Text, is_changed ? colour::text : colour::dim);
+    ImGui::PushStyleColor(ImGuiCol_Text, is_changed ? color::text : color::dim);
     float stops = state.stops;
     ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x);
-    if (ImGui::DragFloat("##stops", &stops, 0.02f, -most_stops, most_stops,
+    if (ImGui::DragFloat("##stops", &stops, 0.02f, -max_stops, max_stops,
                          state.is_muted     ? "mute"
                          : state.stops == 0 ? "0"
                                             : "%+.2f",
@@ -55,7 +55,7 @@ void draw_cell(Drawing& drawing, const std::string& target) {
 void draw_name(const std::string& name) {
     ImGui::TableNextColumn();
     ImGui::AlignTextToFramePadding();
-    fitted_text(name, ImGui::GetContentRegionAvail().x, colour::text);
+    fitted_text(name, ImGui::GetContentRegionAvail().x, color::text);
 }
 
 }  // namespace
@@ -64,15 +64,15 @@ void draw_cells(Drawing& drawing) {
     const std::vector<std::string> groups = drawing.session.found(drawing.session.rows().groups);
     std::span<const std::string> columns = drawing.session.rows().columns;
     // Names and whole rows take two
-    if (columns.size() + 2 > most_columns) {
+    if (columns.size() + 2 > max_columns) {
         text(fmt::format("{} … {} do not fit here; see the page of the bounces.",
-                         columns[most_columns - 2], columns.back()),
-             colour::dim);
+                         columns[max_columns - 2], columns.back()),
+             color::dim);
         note_item(drawing, "left out");
-        columns = columns.first(most_columns - 2);
+        columns = columns.first(max_columns - 2);
     }
     ImGui::PushTextWrapPos(0);
-    text("Stops. Drag, Ctrl-click to type, right click resets, middle click mutes.", colour::dim);
+    text("Stops. Drag, Ctrl-click to type, right click resets, middle click mutes.", color::dim);
     ImGui::PopTextWrapPos();
     const float unit = ImGui::GetFontSize();
     if (!ImGui::BeginTable("cells", int(columns.size()) + 2,

@@ -4,10 +4,10 @@
 #include "base/hash.h"
 #include "compositor/io/input_files.h"
 #include "compositor/window/folder_list.h"
+#include "compositor/window/image_panel.h"
 #include "compositor/window/menu_bar.h"
 #include "compositor/window/mixer_panel.h"
 #include "compositor/window/noise_panel.h"
-#include "compositor/window/picture_panel.h"
 #include "compositor/window/pixel_panel.h"
 #include "compositor/window/widgets.h"
 
@@ -31,8 +31,8 @@ Result<std::shared_ptr<const Levels>> load(const std::vector<std::string>& paths
 uint64_t digest_of(const WorkRequest& request) {
     uint64_t digest = hash_combine(reinterpret_cast<uintptr_t>(request.levels.get()),
                                    hash_combine(request.level, request.noise_of));
-    for (const auto& picture : request.pictures)
-        digest = hash_combine(digest, picture ? picture->version : 0);
+    for (const auto& image : request.images)
+        digest = hash_combine(digest, image ? image->version : 0);
     for (const int v : {request.seen.x0, request.seen.y0, request.seen.x1, request.seen.y1})
         digest = hash_combine(digest, uint64_t(v));
     return digest;
@@ -61,7 +61,7 @@ class Panel {
 
 Desktop::Desktop(const GlfwWindow& window, std::optional<double> frame)
     : frame_(frame),
-      session_(RecentFiles(recent_list_path()), KeptLooks(kept_looks_folder())),
+      session_(RecentFiles(recent_list_path()), AutosavedLooks(autosave_folder())),
       drawing_{session_, textures_, {}, window.fonts(), {}, {}, {}, {}, {}, 0,
                {},       true,      {}, false,          {}, {}, {}, {}, {}},
       worker_(GlfwWindow::wake),
@@ -71,7 +71,7 @@ Desktop::Desktop(const GlfwWindow& window, std::optional<double> frame)
     if (auto displays = image::display_views()) {
         drawing_.displays = std::move(*displays);
     } else {
-        session_.tell(displays.error().message, true);
+        session_.report(displays.error().message, true);
     }
     if (auto spaces = image::color_spaces()) drawing_.spaces = std::move(*spaces);
     drawing_.open_file = [this](const std::string& path) { open(path); };
@@ -86,7 +86,7 @@ Desktop::Desktop(const GlfwWindow& window, std::optional<double> frame)
 void Desktop::open(const std::string& path) {
     if (path.ends_with(".json")) return session_.load_preset(path);
     loading_.replace(loader(path));
-    session_.tell("loading " + path);
+    session_.report("loading " + path);
 }
 
 void Desktop::open_together(std::vector<std::string> paths) {
@@ -96,7 +96,7 @@ void Desktop::open_together(std::vector<std::string> paths) {
 
 void Desktop::open_compared(const std::string& path) {
     comparing_.replace(loader(path));
-    session_.tell("loading " + path);
+    session_.report("loading " + path);
 }
 
 Jobs<Desktop::Loaded>::Work Desktop::loader(const std::string& path) const {
@@ -122,7 +122,7 @@ void Desktop::press(const KeyPress& key, bool is_repeat) {
 }
 
 void Desktop::write_output(const std::string& path) {
-    session_.tell("saving " + path);
+    session_.report("saving " + path);
     saving_.add([path, write = session_.output_writer(path)]() -> Result<std::string> {
         const auto written = write();
         if (!written) return written.error();
@@ -133,11 +133,11 @@ void Desktop::write_output(const std::string& path) {
 void Desktop::take_loaded() {
     const auto loaded = loading_.take();
     if (!loaded) return;
-    if (!*loaded) return session_.tell(loaded->error().message, true);
+    if (!*loaded) return session_.report(loaded->error().message, true);
     const Loaded& file = **loaded;
     textures_.show(file.levels);
     drawing_.noise.reset();
-    drawing_.faults.clear();
+    drawing_.flagged.clear();
     drawing_.cursor.reset();
     session_.show(file.path, file.levels, frame_);
 }
@@ -145,33 +145,32 @@ void Desktop::take_loaded() {
 void Desktop::take_compared() {
     const auto loaded = comparing_.take();
     if (!loaded) return;
-    if (!*loaded) return session_.tell(loaded->error().message, true);
+    if (!*loaded) return session_.report(loaded->error().message, true);
     session_.compare((*loaded)->path, (*loaded)->levels);
 }
 
-void Desktop::take_news() {
-    WorkNews news = worker_.take();
-    for (const FinishedTile& tile : news.tiles) {
+void Desktop::take_results() {
+    WorkResults results = worker_.take();
+    for (const FinishedTile& tile : results.tiles) {
         textures_.take(tile);
         if (tile.level == 0)
-            drawing_.faults.take(tile.look, tile.version, tile.window, tile.faults);
+            drawing_.flagged.take(tile.look, tile.version, tile.window, tile.flagged);
     }
-    if (!news.error.empty()) session_.tell("not mixed: " + news.error, true);
-    if (news.noise) drawing_.noise = std::move(news.noise);
-    const PictureTask* picture =
-        session_.has_file() ? session_.picture(session_.active()) : nullptr;
-    drawing_.is_noise_old = !picture || news.noise_version != picture->version;
-    drawing_.times = news.times;
+    if (!results.error.empty()) session_.report("not mixed: " + results.error, true);
+    if (results.noise) drawing_.noise = std::move(results.noise);
+    const ImageTask* image = session_.has_file() ? session_.image(session_.active()) : nullptr;
+    drawing_.is_noise_old = !image || results.noise_version != image->version;
+    drawing_.times = results.times;
     drawing_.is_working =
-        !news.is_idle || loading_.is_busy() || comparing_.is_busy() || saving_.is_busy();
+        !results.is_idle || loading_.is_busy() || comparing_.is_busy() || saving_.is_busy();
 }
 
 void Desktop::take_up() {
     take_loaded();
     take_compared();
     if (const auto saved = saving_.take())
-        session_.tell(*saved ? **saved : saved->error().message, !*saved);
-    take_news();
+        session_.report(*saved ? **saved : saved->error().message, !*saved);
+    take_results();
 }
 
 bool Desktop::is_settled() const {
@@ -188,7 +187,7 @@ void Desktop::request() {
     worker_.request(std::move(wanted));
 }
 
-void Desktop::draw_desk() {
+void Desktop::draw_workspace() {
     const ImVec2 screen = ImGui::GetIO().DisplaySize;
     const float unit = ImGui::GetFontSize();
     const float bar = ImGui::GetFrameHeight(), status = 1.9f * unit;
@@ -214,7 +213,7 @@ void Desktop::draw_desk() {
         const Panel panel("picture", {0, top},
                           {has_file ? left : screen.x, std::max(height, 1.0f)});
         ImGui::PopStyleVar();
-        draw_picture(drawing_);
+        draw_image(drawing_);
     }
     if (has_file) {
         {
@@ -235,12 +234,12 @@ void Desktop::draw_desk() {
 void Desktop::draw() {
     take_up();
     drawing_.marks.clear();
-    draw_desk();
+    draw_workspace();
     dialogs_.draw(drawing_);
     // A drag and a key that is held are one step of undo each
     if (!ImGui::IsAnyItemActive() && !GlfwWindow::is_key_held()) {
         session_.seal();
-        session_.keep_looks();
+        session_.autosave_looks();
     }
     if (const auto wanted = session_.take_wanted_file()) open(*wanted);
     request();

@@ -71,9 +71,9 @@ class Desktop {
     void open_compared(const std::string& path);
     void take_loaded();
     void take_compared();
-    void take_news();
+    void take_results();
     void write_output(const std::string& path);
-    void draw_desk();
+    void draw_workspace();
     void request();
 
     std::optional<double> frame_;

@@ -92,7 +92,7 @@ void Dialogs::draw_help(Drawing& drawing) {
     const float unit = ImGui::GetFontSize();
     if (ImGui::BeginChild("keys", {0, -2 * unit})) {
         for (const KeyBinding& b : key_bindings()) {
-            text(b.keys, colour::accent);
+            text(b.keys, color::accent);
             ImGui::SameLine(9 * unit);
             text(b.what);
         }
@@ -103,7 +103,7 @@ void Dialogs::draw_help(Drawing& drawing) {
               std::pair{"Right click", "What is under the mouse as rendered"},
               std::pair{"Wheel, drag", "Zoom and pan the image"},
               std::pair{"Drop a file", "Open layers, or load a preset"}}) {
-            text(keys, colour::accent);
+            text(keys, color::accent);
             ImGui::SameLine(9 * unit);
             text(what);
         }
@@ -118,9 +118,9 @@ void Dialogs::draw_replace(Drawing& drawing) {
     const auto& [what, path] = session.replaced();
     ImGui::PushTextWrapPos(0);
     text(fs::path(path).filename().string() + " is there already.");
-    text(path, colour::dim);
+    text(path, color::dim);
     if (session.replaces_layers())
-        text("It is the file that is open: its layers would be lost.", colour::error);
+        text("It is the file that is open: its layers would be lost.", color::error);
     ImGui::PopTextWrapPos();
     ImGui::Spacing();
     const bool is_confirmed = ImGui::Button("Replace");
@@ -137,7 +137,7 @@ void Dialogs::draw_quit(Drawing& drawing) {
     Session& session = drawing.session;
     ImGui::PushTextWrapPos(0);
     text("The look is not saved as a preset.");
-    text("It is kept beside the recent files and comes back with this file.", colour::dim);
+    text("It is kept beside the recent files and comes back with this file.", color::dim);
     ImGui::PopTextWrapPos();
     ImGui::Spacing();
     if (ImGui::Button("Save preset …")) session.set_dialog(Dialog::SavePreset);
@@ -184,9 +184,9 @@ void Dialogs::draw_files(Drawing& drawing) {
     const float unit = ImGui::GetFontSize();
     text(dialog.title);
     ImGui::PushTextWrapPos(0);
-    text(list_.folder, colour::dim);
+    text(list_.folder, color::dim);
     ImGui::PopTextWrapPos();
-    ImGui::PushStyleColor(ImGuiCol_ChildBg, colour::desk);
+    ImGui::PushStyleColor(ImGuiCol_ChildBg, color::workspace);
     if (ImGui::BeginChild("files", {0, -4.4f * unit}, true)) draw_list(drawing);
     ImGui::EndChild();
     ImGui::PopStyleColor();

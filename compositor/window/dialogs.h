@@ -26,7 +26,7 @@ class Dialogs {
     void go_to(const std::string& folder);
 
     Dialog shown_ = Dialog::None;
-    OutputKind output_ = OutputKind::Picture;
+    OutputKind output_ = OutputKind::Image;
     FolderList list_;
     std::array<char, 4096> name_{};  ///< as typed
 };

@@ -27,14 +27,14 @@ struct Drawing {
     std::vector<std::string> spaces;  ///< color spaces of the config
 
     std::string scrolled_to;  ///< row that the mixer shows
-    FaultCounts faults;
+    FlaggedPixelCounts flagged;
     std::vector<float> tool_widths;  ///< of the last frame
     float toolbar_height = 0;        ///< of the last frame; 0: not yet drawn
     std::optional<LiveNoise> noise;  ///< of the active look
     bool is_noise_old = true;        ///< of a look before this one
     MixTimes times;
     bool is_working = false;
-    std::optional<std::array<int, 2>> cursor;  ///< pixel of the picture last under the mouse
+    std::optional<std::array<int, 2>> cursor;  ///< pixel of the image last under the mouse
 
     /// What the window's owner does for a dialog.
     std::function<void(const std::string&)> open_file, open_compared, write_output;

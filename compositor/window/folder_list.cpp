@@ -68,7 +68,7 @@ std::optional<std::string> frame_beside(const std::string& path, int step) {
     int frame = 0;
     if (std::from_chars(name.data() + first, name.data() + last + 1, frame).ec != std::errc())
         return std::nullopt;
-    // A number without leading zeros may have more digits than its neighbour
+    // A number without leading zeros may have more digits than its neighbor
     const size_t width = name[first] == '0' ? digits : 1;
     const std::string pattern =
         (fs::path(path).parent_path() /

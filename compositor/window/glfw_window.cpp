@@ -72,9 +72,9 @@ bool GlfwWindow::is_closing() const {
     return glfwWindowShouldClose(window_) != 0;
 }
 
-void GlfwWindow::wait(double most_s) {
-    if (most_s > 0) {
-        glfwWaitEventsTimeout(most_s);
+void GlfwWindow::wait(double max_s) {
+    if (max_s > 0) {
+        glfwWaitEventsTimeout(max_s);
     } else {
         glfwPollEvents();
     }
@@ -137,7 +137,7 @@ Result<void> GlfwWindow::end_frame(const std::string& screenshot,
     int width = 0, height = 0;
     glfwGetFramebufferSize(window_, &width, &height);
     glViewport(0, 0, width, height);
-    glClearColor(colour::desk.x, colour::desk.y, colour::desk.z, 1);
+    glClearColor(color::workspace.x, color::workspace.y, color::workspace.z, 1);
     glClear(GL_COLOR_BUFFER_BIT);
     ImGui_ImplOpenGL2_RenderDrawData(ImGui::GetDrawData());
     const Result<void> written =

@@ -29,7 +29,7 @@ class GlfwWindow {
     bool is_closing() const;
 
     /// Waits for something to happen, at most so long; 0: not at all.
-    void wait(double most_s);
+    void wait(double max_s);
     /// From any thread: ends a wait.
     static void wake();
 
@@ -48,7 +48,7 @@ class GlfwWindow {
 
     /// `change_input` sees mouse and keys before ImGui does.
     void begin_frame(const std::function<void()>& change_input);
-    /// Draws; with a name writes what is on the screen, or the box of it, as a picture.
+    /// Draws; with a name writes what is on the screen, or the box of it, as an image.
     Result<void> end_frame(const std::string& screenshot, const std::optional<Marks::Box>& box);
 
     /// The index that ImGui knows a key by.

@@ -19,8 +19,8 @@ bool same(const Looks& a, const Looks& b) {
 
 void History::change(Looks next, const std::string& gesture) {
     if (same(next, now_)) return;
-    const bool goes_on = !gesture.empty() && gesture == gesture_;
-    if (!goes_on) {
+    const bool continues = !gesture.empty() && gesture == gesture_;
+    if (!continues) {
         past_.push_back(now_);
         if (past_.size() > longest_past) past_.erase(past_.begin());
     }
@@ -28,7 +28,7 @@ void History::change(Looks next, const std::string& gesture) {
     future_.clear();
     gesture_ = gesture;
     // A drag that came back to where it began was none
-    if (goes_on && same(now_, past_.back())) {
+    if (continues && same(now_, past_.back())) {
         past_.pop_back();
         gesture_.clear();
     }

@@ -18,8 +18,8 @@ namespace {
 /// Pixels that any machine mixes within a frame or two.
 constexpr size_t quick_pixels = 150'000;
 constexpr size_t smallest_pixels = 20'000;
-/// Of a picture, stored or not: 65,536 tiles.
-constexpr size_t most_pixels = size_t(1) << 32;
+/// Of an image, stored or not: 65,536 tiles.
+constexpr size_t max_pixels = size_t(1) << 32;
 
 bool is_mixed(const accumulate::LayerEntry& entry) {
     return entry.family != "halves" && entry.family != "data" && !entry.is_empty;
@@ -60,7 +60,7 @@ std::set<std::string> channels_not_finite(const image::Image& image) {
     return names;
 }
 
-/// What is stored of a channel, and the picture that it belongs to.
+/// What is stored of a channel, and the image that it belongs to.
 template <class T>
 struct Stored {
     const std::vector<T>& values;
@@ -68,7 +68,7 @@ struct Stored {
     const image::Window& frame;
 };
 
-/// The mean of those of the four pixels that the picture has.
+/// The mean of those of the four pixels that the image has.
 template <class T>
 float careful_mean(const Stored<T>& from, int x, int y) {
     float sum = 0;
@@ -131,7 +131,7 @@ image::Image half_size(const LayerStack& stack) {
     out.attributes = in.attributes;
     out.pixel_aspect_ratio = in.pixel_aspect_ratio;
     out.display = {0, 0, (frame.width() + 1) / 2, (frame.height() + 1) / 2};
-    // Of the stored pixels those within the picture
+    // Of the stored pixels those within the image
     const image::Window inside = {
         std::max(in.data.x0, frame.x0) - frame.x0, std::max(in.data.y0, frame.y0) - frame.y0,
         std::min(in.data.x1, frame.x1) - frame.x0, std::min(in.data.y1, frame.y1) - frame.y0};
@@ -175,13 +175,13 @@ Result<Levels> Levels::make(std::shared_ptr<const LayerStack> stack) {
     levels.not_finite_ = channels_not_finite(levels.stack(0).image());
     levels.shown_ = shown_layers(levels.stack(0));
     const image::Window whole = levels.frame(0);
-    if (whole.pixel_count() > most_pixels)
+    if (whole.pixel_count() > max_pixels)
         return Error{"too-large", fmt::format("an image of {} x {} pixels is too large to display",
                                               whole.width(), whole.height())};
     while (levels.frame(levels.count() - 1).pixel_count() > smallest_pixels) {
         auto smaller = LayerStack::from_image(
             half_size(*levels.stacks_.back()),
-            levels.stack(0).is_plain() ? ForeignFiles::Plain : ForeignFiles::Refuse,
+            levels.stack(0).is_plain() ? ForeignFiles::Plain : ForeignFiles::Reject,
             levels.stack(0).view());
         if (!smaller) return smaller.error();
         levels.stacks_.push_back(std::make_shared<const LayerStack>(std::move(*smaller)));

@@ -16,7 +16,7 @@ namespace velatura::compositor::window {
 /// A file at its own size and at halves, quarters … of it, for mixes at the size of the screen.
 class Levels {
   public:
-    /// Errors: "too-large" (a picture of more pixels than the window can cut into tiles).
+    /// Errors: "too-large" (an image of more pixels than the window can cut into tiles).
     static Result<Levels> make(std::shared_ptr<const LayerStack> stack);
 
     size_t count() const { return stacks_.size(); }
@@ -30,7 +30,7 @@ class Levels {
     /// What of the file can be looked at by itself.
     const std::vector<ShownLayer>& shown() const { return shown_; }
 
-    /// The whole picture at that level; x0 = y0 = 0.
+    /// The whole image at that level; x0 = y0 = 0.
     image::Window frame(size_t level) const;
 
     /// The smallest level that still has a pixel for each of the screen.

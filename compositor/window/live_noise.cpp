@@ -12,7 +12,7 @@ namespace {
 /// Pixels times layers that are done within a tenth of a second or two.
 constexpr size_t part_values = 1'500'000;
 
-/// Parts in an order that spreads over the picture from the start: a step near the golden section.
+/// Parts in an order that spreads over the image from the start: a step near the golden section.
 size_t scattered(size_t index, size_t count) {
     size_t step = size_t(double(count) * 0.618);
     while (step > 1 && std::gcd(step, count) != 1) --step;
@@ -71,7 +71,7 @@ void LiveNoise::begin() {
 }
 
 void LiveNoise::advance(const LayerStack& stack, const mix::MixPlan& plan, const Look& look) {
-    constexpr int radius = statistics::Neighbourhood::radius;
+    constexpr int radius = statistics::Neighborhood::radius;
     const image::Window& window = stack.image().data;
     const int first = int(scattered(done_, parts_)) * rows_,
               end = std::min(first + rows_, window.height());

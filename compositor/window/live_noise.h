@@ -10,7 +10,7 @@
 
 namespace velatura::compositor::window {
 
-/// The noise of a mix as it becomes known: from some strips of the picture first, then from more
+/// The noise of a mix as it becomes known: from some strips of the image first, then from more
 /// and more of them. What is shown is that of the rows so far, which for all of them is what
 /// forecast_noise says of the whole file.
 class LiveNoise {

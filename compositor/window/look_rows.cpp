@@ -196,9 +196,9 @@ void reset_row(Look& look, const RowTarget& target) {
         take_away(look, kind, target);
 }
 
-std::vector<size_t> further_controls(const Look& look,
-                                     const MixerRows& rows,
-                                     const std::string& matte) {
+std::vector<size_t> advanced_controls(const Look& look,
+                                      const MixerRows& rows,
+                                      const std::string& matte) {
     std::vector<size_t> further;
     for (size_t i = 0; i < look.controls.size(); ++i) {
         const Control& c = look.controls[i];

@@ -80,9 +80,9 @@ void reset_row(Look& look, const RowTarget& target);
 
 /// Indices of the controls that no row shows, neither everywhere nor within `matte`: repeated ones,
 /// those with other mattes or with keys, sets of rows, and names that this file has not.
-std::vector<size_t> further_controls(const Look& look,
-                                     const MixerRows& rows,
-                                     const std::string& matte = {});
+std::vector<size_t> advanced_controls(const Look& look,
+                                      const MixerRows& rows,
+                                      const std::string& matte = {});
 
 /// A control as a line: `gain key:b2 +1.5st`.
 std::string control_text(const Control& control);

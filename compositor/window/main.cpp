@@ -189,7 +189,7 @@ int run_command(int argc, char** argv) {
 int main(int argc, char** argv) {
     using namespace velatura::compositor::window;
     try {
-        velatura::put_memory_aside();
+        velatura::reserve_memory();
         return run_command(argc, argv);
     } catch (const std::exception& e) {
         std::fprintf(stderr, "error: %s [internal]\n", e.what());

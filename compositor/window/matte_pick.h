@@ -31,7 +31,7 @@ class MattePicker {
     /// Layers that can be picked from; empty: the file has no Cryptomatte whose ids can be read.
     const std::vector<std::string>& layers() const { return layers_; }
 
-    /// What a layer has at a pixel of the picture, counted from its top left; most coverage first.
+    /// What a layer has at a pixel of the image, counted from its top left; most coverage first.
     std::vector<PickedObject> at(const LayerStack& stack,
                                  const std::string& layer,
                                  int x,

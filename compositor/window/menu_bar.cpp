@@ -89,7 +89,7 @@ const std::vector<Menu>& menus() {
           {},
           {"Load preset …", Action::OpenPreset, always},
           {"Save preset …", Action::SavePreset},
-          {"Save image …", Action::SavePicture},
+          {"Save image …", Action::SaveImage},
           {},
           {"Export to Nuke …", Action::ExportNuke},
           {"Export to oiiotool …", Action::ExportOiio},
@@ -121,7 +121,7 @@ const std::vector<Menu>& menus() {
           {"Luminance", Action::ShowLuminance},
           {"Next layer", Action::NextLayer},
           {"Previous layer", Action::PreviousLayer},
-          {"Mark NaN and clipping", Action::MarkFaults},
+          {"Mark NaN and clipping", Action::FlagPixels},
           {"Pick objects", Action::PickMatte},
           {},
           {"Wipe A | B", Action::ToggleWipe},
@@ -153,11 +153,11 @@ void draw_menus(Drawing& drawing) {
 /// Of the look that is edited; empty: none, or not yet counted.
 std::string faults_text(const Drawing& drawing) {
     const Session& session = drawing.session;
-    const PictureTask* picture = session.has_file() ? session.picture(session.active()) : nullptr;
-    if (!picture) return {};
+    const ImageTask* image = session.has_file() ? session.image(session.active()) : nullptr;
+    if (!image) return {};
     const image::Window& frame = session.stack().image().display;
-    const auto faults = drawing.faults.of(session.active(), picture->version, frame.pixel_count());
-    return faults ? faults->text() : std::string();
+    const auto flagged = drawing.flagged.of(session.active(), image->version, frame.pixel_count());
+    return flagged ? flagged->text() : std::string();
 }
 
 }  // namespace
@@ -179,7 +179,7 @@ void draw_menu_bar(Drawing& drawing) {
         const float room = ImGui::GetWindowWidth() - ImGui::GetCursorPosX() - 2 * unit;
         const std::string title = fitted(name, room - ImGui::CalcTextSize(size.c_str()).x) + size;
         ImGui::SameLine(ImGui::GetWindowWidth() - ImGui::CalcTextSize(title.c_str()).x - unit);
-        text(title, colour::dim);
+        text(title, color::dim);
         note_item(drawing, "title");
         if (ImGui::IsItemHovered()) explain(session.path().c_str());
     }
@@ -195,22 +195,22 @@ void draw_status_line(Drawing& drawing) {
         !session.has_file() ? std::string()
         : t.seen > 0 ? fmt::format("mix {:.0f} ms{}", t.seen, drawing.is_working ? " …" : "")
                      : std::string("mixing …");
-    const std::string faults = faults_text(drawing);
+    const std::string flagged = faults_text(drawing);
     const float unit = ImGui::GetFontSize();
     const auto width = [](const std::string& s) { return ImGui::CalcTextSize(s.c_str()).x; };
-    const float gap = faults.empty() ? 0 : unit;
-    const float right = ImGui::GetWindowWidth() - width(pace) - width(faults) - gap - unit;
+    const float gap = flagged.empty() ? 0 : unit;
+    const float right = ImGui::GetWindowWidth() - width(pace) - width(flagged) - gap - unit;
     fitted_text(error.empty() ? session.message().text : error,
-                right - ImGui::GetCursorPosX() - unit, is_error ? colour::error : colour::dim);
+                right - ImGui::GetCursorPosX() - unit, is_error ? color::error : color::dim);
     note_item(drawing, "status");
     ImGui::SameLine(right);
-    if (!faults.empty()) {
-        text(faults, colour::error);
+    if (!flagged.empty()) {
+        text(flagged, color::error);
         note_item(drawing, "faults");
         explain("Pixels of the shown image; O marks them");
         ImGui::SameLine(0, gap);
     }
-    text(pace, colour::dim);
+    text(pace, color::dim);
     note_item(drawing, "pace");
 }
 

@@ -61,12 +61,12 @@ class Row {
         ImGui::PushID(target_.c_str());
         if (session_.selected() == target_) {
             ImGui::TableSetBgColor(ImGuiTableBgTarget_RowBg0,
-                                   packed(with_alpha(colour::accent, 0.10f)));
+                                   packed(with_alpha(color::accent, 0.10f)));
         }
         draw_switches();
         draw_name();
         draw_gain();
-        draw_colour();
+        draw_color();
         draw_reset();
         if (session_.selected() == target_ && drawing_.scrolled_to != target_) {
             // Keys or a search have moved on
@@ -97,7 +97,7 @@ class Row {
 
     void draw_switches() {
         ImGui::TableNextColumn();
-        if (switch_button("mute", "M", state_.is_muted, colour::mute)) {
+        if (switch_button("mute", "M", state_.is_muted, color::mute)) {
             if (ImGui::GetIO().KeyAlt) {
                 solo_only();
             } else {
@@ -107,7 +107,7 @@ class Row {
         note_item(drawing_, mark("mute"));
         explain("Mute. Alt-click: solo this row alone");
         ImGui::TableNextColumn();
-        if (switch_button("solo", "S", state_.is_soloed, colour::solo)) {
+        if (switch_button("solo", "S", state_.is_soloed, color::solo)) {
             if (ImGui::GetIO().KeyAlt) {
                 solo_only();
             } else {
@@ -121,7 +121,7 @@ class Row {
     void draw_name() {
         ImGui::TableNextColumn();
         const bool is_silent = state_.is_muted || (session_.is_soloing() && !state_.is_soloed);
-        ImGui::PushStyleColor(ImGuiCol_Text, is_silent ? colour::dim : colour::text);
+        ImGui::PushStyleColor(ImGuiCol_Text, is_silent ? color::dim : color::text);
         ImGui::PushStyleColor(ImGuiCol_HeaderHovered, ImVec4(0, 0, 0, 0));
         ImGui::AlignTextToFramePadding();
         const ImVec2 size = {ImGui::GetContentRegionAvail().x, ImGui::GetFrameHeight() - 2};
@@ -147,7 +147,7 @@ class Row {
         const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
         const float y = high.y - 4;
         const float x = low.x + (high.x - low.x) * float(std::min(noise->share, 1.0));
-        ImGui::GetWindowDrawList()->AddLine({low.x, y}, {x, y}, packed(colour::dim), 2);
+        ImGui::GetWindowDrawList()->AddLine({low.x, y}, {x, y}, packed(color::dim), 2);
     }
 
     void draw_gain() {
@@ -166,7 +166,7 @@ class Row {
         if (is_right_clicked()) edit("", [&](Look& l) { set_stops(l, row_, 0); });
     }
 
-    void draw_colour() {
+    void draw_color() {
         ImGui::TableNextColumn();
         std::array<float, 3> tint = state_.tint;
         const float side = ImGui::GetFrameHeight();
@@ -194,7 +194,7 @@ class Row {
         ImGui::TableNextColumn();
         float kelvin = state_.kelvin.value_or(6500.0f);
         ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x);
-        ImGui::PushStyleColor(ImGuiCol_Text, state_.kelvin ? colour::text : colour::dim);
+        ImGui::PushStyleColor(ImGuiCol_Text, state_.kelvin ? color::text : color::dim);
         if (ImGui::DragFloat("##kelvin", &kelvin, 20, 1667, 25000, state_.kelvin ? "%.0f K" : "– K",
                              ImGuiSliderFlags_AlwaysClamp))
             edit("kelvin", [&](Look& l) { set_kelvin(l, row_, kelvin); });
@@ -242,7 +242,7 @@ void draw_rows(Drawing& drawing, const std::vector<std::string>& targets, size_t
     column("kelvin", 4.4f * unit);
     column("", ImGui::CalcTextSize("↺").x + 2 * ImGui::GetStyle().FramePadding.x);
     ImGui::PushFont(drawing.fonts.small);
-    ImGui::PushStyleColor(ImGuiCol_Text, colour::dim);
+    ImGui::PushStyleColor(ImGuiCol_Text, color::dim);
     ImGui::TableHeadersRow();
     ImGui::PopStyleColor();
     ImGui::PopFont();
@@ -273,7 +273,7 @@ void draw_matte(Drawing& drawing) {
     const float unit = ImGui::GetFontSize();
     const std::vector<std::string>& layers = session.picker().layers();
     ImGui::AlignTextToFramePadding();
-    text("within", colour::dim);
+    text("within", color::dim);
     ImGui::SameLine();
     const float width = 9 * unit;
     ImGui::SetNextItemWidth(width);
@@ -292,7 +292,7 @@ void draw_matte(Drawing& drawing) {
     for (const std::string& name : session.picked()) list += (list.empty() ? "" : ", ") + name;
     const float room = ImGui::GetContentRegionAvail().x - 2 * ImGui::GetFrameHeight();
     fitted_text(list.empty() ? "click objects in the image" : list, room,
-                list.empty() ? colour::dim : colour::accent);
+                list.empty() ? color::dim : color::accent);
     note_item(drawing, "matte");
     ImGui::SameLine();
     if (quiet_button("no matte", "×", !session.matte().empty())) session.clear_matte();
@@ -315,7 +315,7 @@ void draw_search(Drawing& drawing, const std::vector<std::string>& targets) {
         words.empty() ? fmt::format("{} rows", targets.size())
                       : fmt::format("{} of {}", session.found(targets).size(), targets.size());
     const float unit = ImGui::GetFontSize();
-    if (session.take_wish_to_search()) ImGui::SetKeyboardFocusHere();
+    if (session.take_search_request()) ImGui::SetKeyboardFocusHere();
     ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x - 11 * unit);
     if (ImGui::InputTextWithHint("##search", "Search rows (Ctrl+F)", typed.data(), typed.size()))
         search(typed.data());
@@ -324,13 +324,13 @@ void draw_search(Drawing& drawing, const std::vector<std::string>& targets) {
     if (quiet_button("clear", "×", !words.empty())) search("");
     note_item(drawing, "clear search");
     ImGui::SameLine();
-    text(count, colour::dim);
+    text(count, color::dim);
     note_item(drawing, "row count");
 }
 
 float further_height_of(const Session& session) {
     const bool is_empty =
-        further_controls(session.look(), session.rows(), session.matte()).empty() &&
+        advanced_controls(session.look(), session.rows(), session.matte()).empty() &&
         session.notes().empty();
     return is_empty ? 0 : 7 * ImGui::GetFrameHeight();
 }
@@ -375,7 +375,7 @@ void draw_mixer(Drawing& drawing) {
             body("shadows", [&] { draw_shadows(drawing); });
         ImGui::EndTabBar();
     }
-    if (further_height > 0) draw_further(drawing);
+    if (further_height > 0) draw_advanced(drawing);
 }
 
 }  // namespace velatura::compositor::window

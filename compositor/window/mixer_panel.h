@@ -9,7 +9,7 @@ namespace velatura::compositor::window {
 void draw_mixer(Drawing& drawing);
 
 /// What the look holds beside its rows: nothing that is in force is out of sight.
-void draw_further(Drawing& drawing);
+void draw_advanced(Drawing& drawing);
 
 /// Gains per cell of the bounce × group matrix.
 void draw_cells(Drawing& drawing);

@@ -39,12 +39,12 @@ std::string shorten_middle(const std::string& name,
         return name.substr(0, starts[head]) + "…" + name.substr(starts[count - tail]);
     };
     // The most characters that fit; widths grow with them
-    size_t least = 0, most = count;
-    while (least + 1 < most) {
-        const size_t middle = (least + most) / 2;
-        (fits(kept(middle)) ? least : most) = middle;
+    size_t min = 0, max = count;
+    while (min + 1 < max) {
+        const size_t middle = (min + max) / 2;
+        (fits(kept(middle)) ? min : max) = middle;
     }
-    return kept(least);
+    return kept(min);
 }
 
 bool is_found(std::string_view name, std::string_view search) {

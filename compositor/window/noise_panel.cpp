@@ -20,14 +20,14 @@ std::string price(double mix, double rendered) {
                        percent_text(rendered));
 }
 
-void draw_rows(const char* title, const std::vector<noise::RowNoise>& rows, size_t most) {
+void draw_rows(const char* title, const std::vector<noise::RowNoise>& rows, size_t max) {
     if (rows.empty()) return;
     const float unit = ImGui::GetFontSize();
-    text(title, colour::dim);
-    for (size_t i = 0; i < std::min(rows.size(), most); ++i) {
-        fitted_text(rows[i].name, 6 * unit, colour::text);
+    text(title, color::dim);
+    for (size_t i = 0; i < std::min(rows.size(), max); ++i) {
+        fitted_text(rows[i].name, 6 * unit, color::text);
         ImGui::SameLine(6.5f * unit);
-        share_bar(rows[i].share, 5 * unit, colour::dim);
+        share_bar(rows[i].share, 5 * unit, color::dim);
         ImGui::SameLine();
         text(fmt::format("{:.0f} %", 100 * rows[i].share));
     }
@@ -36,17 +36,17 @@ void draw_rows(const char* title, const std::vector<noise::RowNoise>& rows, size
 }  // namespace
 
 void draw_noise(Drawing& drawing) {
-    text("Noise of this mix", colour::dim);
-    if (!drawing.noise) return text("…", colour::dim);
+    text("Noise of this mix", color::dim);
+    if (!drawing.noise) return text("…", color::dim);
     const LiveNoise& noise = *drawing.noise;
     if (!noise.error().empty()) {
         ImGui::PushTextWrapPos(0);
-        text(noise.error(), colour::dim);
+        text(noise.error(), color::dim);
         ImGui::PopTextWrapPos();
         return;
     }
     ImGui::PushFont(drawing.fonts.large);
-    text(percent_text(noise.mix()), drawing.is_noise_old ? colour::dim : colour::text);
+    text(percent_text(noise.mix()), drawing.is_noise_old ? color::dim : color::text);
     ImGui::PopFont();
     note_item(drawing, "noise");
     explain(
@@ -55,8 +55,8 @@ void draw_noise(Drawing& drawing) {
     text(fmt::format(
              "{} as rendered{}", percent_text(noise.rendered()),
              noise.is_done() ? "" : fmt::format(" · {:.0f} % of the rows", 100 * noise.share())),
-         colour::dim);
-    text(price(noise.mix(), noise.rendered()), colour::dim);
+         color::dim);
+    text(price(noise.mix(), noise.rendered()), color::dim);
     ImGui::Spacing();
     draw_rows("from", noise.groups(), 3);
     draw_rows("of bounces", noise.bounces(), 2);

@@ -23,8 +23,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Result<std::string> write_picture(const OutputSource& source, const std::string& path) {
-    const PictureTask& task = *source.task;
+Result<std::string> write_image(const OutputSource& source, const std::string& path) {
+    const ImageTask& task = *source.task;
     const image::Image mixed =
         mix::apply_mix(source.levels->stack(0), *task.plans[0], task.look, false);
     if (path.ends_with(".exr")) {
@@ -108,8 +108,8 @@ Result<std::string> write_request(const OutputSource& source, const std::string&
 }
 
 constexpr std::array table = {
-    Output{OutputKind::Picture, Action::SavePicture, "Save image", ".png",
-           "image.png, .jpg or .exr", write_picture},
+    Output{OutputKind::Image, Action::SaveImage, "Save image", ".png", "image.png, .jpg or .exr",
+           write_image},
     Output{OutputKind::NukeScript, Action::ExportNuke, "Export a Nuke script", ".nk", "mix.nk",
            write_nuke},
     Output{OutputKind::OiioScript, Action::ExportOiio, "Export a shell script for oiiotool", ".sh",

@@ -15,13 +15,13 @@
 namespace velatura::compositor::window {
 
 /// What the window writes from a look, beside presets.
-enum class OutputKind { Picture, NukeScript, OiioScript, BlenderScript, Bake, Request };
+enum class OutputKind { Image, NukeScript, OiioScript, BlenderScript, Bake, Request };
 
 /// What an output is written from.
 struct OutputSource {
     std::string layers;  ///< path of the file
     std::shared_ptr<const Levels> levels;
-    std::shared_ptr<const PictureTask> task;
+    std::shared_ptr<const ImageTask> task;
 };
 
 /// A line of the table of outputs, which menus and dialogs show.

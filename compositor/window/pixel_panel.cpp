@@ -44,12 +44,12 @@ void draw_line(const std::string& name,
                const std::string& note,
                bool is_dim) {
     const float digit = ImGui::CalcTextSize("0").x;
-    fitted_text(name, 11.5f * digit, is_dim ? colour::dim : colour::text);
+    fitted_text(name, 11.5f * digit, is_dim ? color::dim : color::text);
     ImGui::SameLine(12 * digit);  // from the left edge of the column
-    text(values, is_dim ? colour::dim : colour::text);
+    text(values, is_dim ? color::dim : color::text);
     if (note.empty()) return;
     ImGui::SameLine();
-    text(note, colour::accent);
+    text(note, color::accent);
 }
 
 /// Values of scalars and vectors in their own words.
@@ -61,7 +61,7 @@ std::string data_text(const std::vector<float>& values) {
 
 void draw_head(Drawing& drawing, const PixelReadout* pixel) {
     ImGui::AlignTextToFramePadding();
-    text("Pixel", colour::dim);
+    text("Pixel", color::dim);
     if (!pixel) return;
     ImGui::SameLine();
     text(fmt::format("{}, {}", pixel->x, pixel->y));
@@ -75,7 +75,7 @@ void draw_head(Drawing& drawing, const PixelReadout* pixel) {
         const auto width = [](const std::string& s) { return ImGui::CalcTextSize(s.c_str()).x; };
         const float space = ImGui::GetStyle().ItemSpacing.x;
         next_in_line(width(name) + space + width(value), 2 * space);
-        text(name, colour::dim);
+        text(name, color::dim);
         ImGui::SameLine();
         text(value);
         note_item(drawing, "pixel " + name);
@@ -87,10 +87,10 @@ void draw_head(Drawing& drawing, const PixelReadout* pixel) {
 
 void draw_pixel(Drawing& drawing) {
     const Session& session = drawing.session;
-    const PictureTask* picture = session.has_file() ? session.picture(session.active()) : nullptr;
+    const ImageTask* image = session.has_file() ? session.image(session.active()) : nullptr;
     std::optional<PixelReadout> pixel;
-    if (picture && drawing.cursor) {
-        pixel = read_pixel(session.stack(), *picture->plans[0], picture->look.exposure_stops,
+    if (image && drawing.cursor) {
+        pixel = read_pixel(session.stack(), *image->plans[0], image->look.exposure_stops,
                            (*drawing.cursor)[0], (*drawing.cursor)[1]);
     }
     draw_head(drawing, pixel ? &*pixel : nullptr);

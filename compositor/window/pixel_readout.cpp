@@ -11,7 +11,7 @@ namespace velatura::compositor::window {
 
 namespace {
 
-/// A value of the file at a pixel of the picture.
+/// A value of the file at a pixel of the image.
 float value_at(const image::Image& image, const image::Channel* channel, int x, int y) {
     const int fx = x + image.display.x0, fy = y + image.display.y0;
     return channel && image.data.contains(fx, fy) ? channel->value(image.data.index(fx, fy)) : 0.0f;
@@ -19,7 +19,7 @@ float value_at(const image::Image& image, const image::Channel* channel, int x, 
 
 std::vector<float> data_values(const LayerStack& stack, const std::string& name, int x, int y) {
     std::vector<float> values;
-    for (const layers::ChannelPlace& place : stack.data_channels(name)) {
+    for (const layers::ChannelRef& place : stack.data_channels(name)) {
         const image::Channel& channel = stack.image().parts[place.part].channels[place.channel];
         values.push_back(value_at(stack.image(), &channel, x, y));
     }

@@ -25,14 +25,14 @@ struct PixelReadout {
         std::vector<float> values;
     };
 
-    int x = 0, y = 0;  ///< from the top left of the picture
+    int x = 0, y = 0;  ///< from the top left of the image
     std::array<float, 3> mix{};
     float alpha = 1;
     std::vector<Layer> layers;  ///< those that the mix adds up, as it folds them, then all others
     std::vector<Data> data;
 };
 
-/// x, y within the picture; what is not stored there is 0.
+/// x, y within the image; what is not stored there is 0.
 PixelReadout read_pixel(
     const LayerStack& stack, const mix::MixPlan& plan, float exposure_stops, int x, int y);
 

@@ -15,7 +15,7 @@ namespace {
 using Kind = ScriptStep::Kind;
 
 /// Of one command: some minutes.
-constexpr float most_frames = 10'000;
+constexpr float max_frames = 10'000;
 
 /// Words of a line; one in quotation marks may hold spaces.
 std::vector<std::string> words_of(const std::string& line) {
@@ -108,7 +108,7 @@ bool Line::read_arguments() {
         step_.kind = Kind::Wait;
     } else if (command == "frames") {
         step_.kind = Kind::Frames;
-        if (!take_number(value) || value < 1 || value > most_frames) return false;
+        if (!take_number(value) || value < 1 || value > max_frames) return false;
         step_.count = int(value);
     } else if (command == "hover" || command == "whole") {
         step_.kind = command == "hover" ? Kind::Hover : Kind::Whole;

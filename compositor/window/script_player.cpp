@@ -30,7 +30,7 @@ Result<void> ScriptPlayer::play(const Marks& marks, bool is_settled) {
 }
 
 Result<void> ScriptPlayer::begin_step(const Marks& marks, bool is_settled) {
-    // Pictures that came in the last frame are drawn in the next
+    // Images that came in the last frame are drawn in the next
     constexpr int frames_to_settle = 3;
     const ScriptStep& step = steps_[at_];
     if (step.kind == ScriptStep::Kind::Wait) {

@@ -24,7 +24,7 @@ namespace {
 
 constexpr size_t longest_preset_bytes = size_t(1) << 24;
 constexpr float coarse_step = 0.25f, fine_step = 0.05f;  // stops
-constexpr float most_stops = 20;
+constexpr float max_stops = 20;
 
 /// The light as it was rendered, on that look's monitor.
 Look as_rendered(const Look& look) {
@@ -39,7 +39,7 @@ bool is_plain(const Look& look) {
 }
 
 /// Looks of a frame that say the same, at the same values of their keys.
-bool same_picture(const Look& a, const Look& b) {
+bool same_image(const Look& a, const Look& b) {
     return same_look(a, b) && a.input_space == b.input_space &&
            std::equal(a.controls.begin(), a.controls.end(), b.controls.begin(), b.controls.end(),
                       [](const Control& c, const Control& d) { return c.factor == d.factor; });
@@ -47,13 +47,13 @@ bool same_picture(const Look& a, const Look& b) {
 
 }  // namespace
 
-Session::Session(RecentFiles recent, KeptLooks kept)
+Session::Session(RecentFiles recent, AutosavedLooks kept)
     : recent_(std::move(recent)), kept_(std::move(kept)) {}
 
 void Session::show(std::string path,
                    std::shared_ptr<const Levels> levels,
                    std::optional<double> frame) {
-    keep_looks();
+    autosave_looks();
     const bool is_first = !has_file();
     levels_ = std::move(levels);
     const LayerStack& file = levels_->stack(0);
@@ -65,7 +65,7 @@ void Session::show(std::string path,
     last_kept_.reset();
     if (is_first) active_ = 0;
     frame_ = frame ? *frame : frame_of(file.image()).value_or(0);
-    pictures_ = {};
+    images_ = {};
     transforms_.clear();
     keep_mode();
     keep_picks();
@@ -74,13 +74,13 @@ void Session::show(std::string path,
     set_page(is_first ? Page::Lights : page_);
     const size_t rows_of_file = file.header().lights.size();
     const image::Window& display = file.image().display;
-    view_.set_picture(display.width(), display.height());
+    view_.set_image(display.width(), display.height());
     after_change();
-    tell(fmt::format(
-             "{} layers, {} {}", file.header().layers.size(), rows_of_file,
-             file.is_plain() ? "rows of a file without a header of Velatura" : "light groups") +
-         notes_text() + not_finite_text() +
-         (is_plain(look()) ? "" : "; the look is the one from before (Ctrl+R: as rendered)"));
+    report(fmt::format(
+               "{} layers, {} {}", file.header().layers.size(), rows_of_file,
+               file.is_plain() ? "rows of a file without a header of Velatura" : "light groups") +
+           notes_text() + not_finite_text() +
+           (is_plain(look()) ? "" : "; the look is the one from before (Ctrl+R: as rendered)"));
     if (waiting_) take_over(*std::exchange(waiting_, std::nullopt));
 }
 
@@ -108,10 +108,10 @@ std::string Session::not_finite_text() const {
 /// The looks of the file before go on; else those that were kept for this one come back. The last
 /// step of undo leads to the others.
 void Session::begin_with(const std::string& path) {
-    const bool goes_on = !is_plain(look(0)) || !is_plain(look(1));
+    const bool continues = !is_plain(look(0)) || !is_plain(look(1));
     const auto kept = path == path_ ? std::nullopt : kept_.find(path);
-    is_fitted_.fill(goes_on || kept);
-    if (!goes_on) history_.reset({as_rendered(look()), as_rendered(look())});
+    is_fitted_.fill(continues || kept);
+    if (!continues) history_.reset({as_rendered(look()), as_rendered(look())});
     if (!kept) return;
     Looks earlier = *kept;
     for (Look& l : earlier) {
@@ -120,7 +120,7 @@ void Session::begin_with(const std::string& path) {
     }
     const Looks now = history_.now();
     history_.change(std::move(earlier), "");
-    if (goes_on) history_.change(now, "");
+    if (continues) history_.change(now, "");
 }
 
 bool Session::is_saved(const Look& look) const {
@@ -141,7 +141,7 @@ bool Session::has_unsaved_look() const {
     return !is_saved(look(0)) || !is_saved(look(1));
 }
 
-void Session::keep_looks() {
+void Session::autosave_looks() {
     if (!has_file()) return;
     const Looks& now = history_.now();
     if (last_kept_ && same_look(now[0], (*last_kept_)[0]) && same_look(now[1], (*last_kept_)[1]))
@@ -149,7 +149,7 @@ void Session::keep_looks() {
     last_kept_ = now;
     if (!has_unsaved_look()) return kept_.drop(path_);
     if (const auto written = kept_.keep(path_, now); !written)
-        tell("the look cannot be saved: " + written.error().message, true);
+        report("the look cannot be saved: " + written.error().message, true);
 }
 
 void Session::edit(const std::string& gesture, const std::function<void(Look&)>& change) {
@@ -198,13 +198,13 @@ void Session::after_change() {
 
 void Session::refresh(size_t index) {
     Look wanted = look_at(look(index), frame_);
-    std::shared_ptr<const PictureTask>& picture = pictures_[index];
+    std::shared_ptr<const ImageTask>& image = images_[index];
     look_errors_[index].clear();
-    left_out_[index].clear();
+    omitted_[index].clear();
     if (is_fitted_[index]) {
         mix::FittedLook fitted = mix::fit_look(levels_of(index)->stack(0), wanted);
         wanted = std::move(fitted.look);
-        left_out_[index] = std::move(fitted.left_out);
+        omitted_[index] = std::move(fitted.omitted);
     }
     wanted.input_space = input_space_;
     const auto mode = mode_of(index);
@@ -212,8 +212,8 @@ void Session::refresh(size_t index) {
         look_errors_[index] = mode.error().message;
         return;
     }
-    if (picture && same_picture(picture->look, wanted) && picture->mode == *mode &&
-        picture->levels == levels_of(index))
+    if (image && same_image(image->look, wanted) && image->mode == *mode &&
+        image->levels == levels_of(index))
         return;
     auto plan = plan_for(index, wanted);
     if (!plan) {
@@ -226,7 +226,7 @@ void Session::refresh(size_t index) {
         return;
     }
     std::vector<LevelPlans> earlier;
-    for (const auto& known : pictures_) {
+    for (const auto& known : images_) {
         if (!known || known->levels != levels_of(index)) continue;
         earlier.push_back(known->plans);
         if (!known->matte.empty()) earlier.push_back(known->matte);
@@ -241,7 +241,7 @@ void Session::refresh(size_t index) {
         }
         drawn = plans_by_level(*levels_of(index), std::move(of_matte), earlier);
     }
-    picture = std::make_shared<const PictureTask>(PictureTask{
+    image = std::make_shared<const ImageTask>(ImageTask{
         ++last_version_, wanted, plans_by_level(*levels_of(index), std::move(*plan), earlier),
         std::move(*transform), *mode, levels_of(index), std::move(drawn)});
 }
@@ -249,10 +249,10 @@ void Session::refresh(size_t index) {
 /// The values of a plan's mattes; those of the looks as they were are not read again.
 Result<void> Session::read_mattes(size_t index, mix::MixPlan& plan) const {
     const auto is_known = [&](Matte& matte) {
-        for (const auto& picture : pictures_) {
-            if (!picture || picture->levels != levels_of(index)) continue;
-            std::vector<Matte> known = picture->plans[0]->mattes;
-            if (!picture->matte.empty()) known.push_back(picture->matte[0]->mattes[0]);
+        for (const auto& image : images_) {
+            if (!image || image->levels != levels_of(index)) continue;
+            std::vector<Matte> known = image->plans[0]->mattes;
+            if (!image->matte.empty()) known.push_back(image->matte[0]->mattes[0]);
             for (const Matte& one : known) {
                 if (one.text != matte.text) continue;
                 matte = one;
@@ -279,10 +279,10 @@ Result<mix::MixPlan> Session::plan_for(size_t index, const Look& look) const {
 }
 
 std::vector<std::string> Session::notes() const {
-    const auto& picture = pictures_[active_];
-    if (!picture || !look_errors_[active_].empty()) return {};
-    std::vector<std::string> notes = picture->plans[0]->notes;
-    for (const std::string& line : left_out_[active_]) notes.push_back("skipped " + line);
+    const auto& image = images_[active_];
+    if (!image || !look_errors_[active_].empty()) return {};
+    std::vector<std::string> notes = image->plans[0]->notes;
+    for (const std::string& line : omitted_[active_]) notes.push_back("skipped " + line);
     return notes;
 }
 
@@ -302,13 +302,13 @@ Result<std::shared_ptr<const image::DisplayTransform>> Session::transform_for(si
     if (!color) return color.error();
     auto made = image::DisplayTransform::make(look.display, look.view, *color);
     if (!made) return made.error();
-    if (!made->warnings().empty()) tell(fmt::format("{}", fmt::join(made->warnings(), "; ")));
+    if (!made->warnings().empty()) report(fmt::format("{}", fmt::join(made->warnings(), "; ")));
     known = std::make_shared<const image::DisplayTransform>(std::move(*made));
     return known;
 }
 
-const PictureTask* Session::picture(size_t index) const {
-    return pictures_[index].get();
+const ImageTask* Session::image(size_t index) const {
+    return images_[index].get();
 }
 
 WorkRequest Session::work_request() const {
@@ -319,7 +319,7 @@ WorkRequest Session::work_request() const {
     request.seen = view_.visible();
     request.noise_of = active_;
     for (size_t i = 0; i < 2; ++i) {
-        if (is_wiping_ || i == active_) request.pictures[i] = pictures_[i];
+        if (is_wiping_ || i == active_) request.images[i] = images_[i];
     }
     return request;
 }
@@ -361,7 +361,7 @@ std::vector<std::string> Session::found(const std::vector<std::string>& targets)
     return found;
 }
 
-void Session::select_neighbour(int step) {
+void Session::select_neighbor(int step) {
     const std::vector<std::string> list = keyed_rows();
     if (list.empty()) return;
     const auto at = std::find(list.begin(), list.end(), selected_);
@@ -372,13 +372,13 @@ void Session::select_neighbour(int step) {
 void Session::nudge_gain(float stops) {
     const float now = row_state(look(), selected_row()).stops;
     edit("step " + selected_, [&](Look& l) {
-        set_stops(l, selected_row(), std::clamp(now + stops, -most_stops, most_stops));
+        set_stops(l, selected_row(), std::clamp(now + stops, -max_stops, max_stops));
     });
 }
 
 void Session::nudge_exposure(float stops) {
     edit("step exposure", [&](Look& l) {
-        l.exposure_stops = std::clamp(l.exposure_stops + stops, -most_stops, most_stops);
+        l.exposure_stops = std::clamp(l.exposure_stops + stops, -max_stops, max_stops);
     });
 }
 
@@ -435,9 +435,9 @@ void Session::perform(Action action) {
             wanted_file_ = path_;
             return;
         case Action::PreviousFrame:
-            return want_neighbour(-1);
+            return want_neighbor(-1);
         case Action::NextFrame:
-            return want_neighbour(1);
+            return want_neighbor(1);
         case Action::Undo:
             if (history_.undo()) after_change();
             return;
@@ -450,9 +450,9 @@ void Session::perform(Action action) {
                 l.exposure_stops = 0;
             });
         case Action::PreviousRow:
-            return select_neighbour(-1);
+            return select_neighbor(-1);
         case Action::NextRow:
-            return select_neighbour(1);
+            return select_neighbor(1);
         case Action::SearchRows:
             wants_to_search_ = true;
             return;
@@ -474,10 +474,10 @@ void Session::perform(Action action) {
     }
 }
 
-void Session::want_neighbour(int step) {
+void Session::want_neighbor(int step) {
     wanted_file_ = frame_beside(path_, step);
     if (!wanted_file_)
-        tell(fmt::format("no frame {} {}", step < 0 ? "before" : "after", path_), true);
+        report(fmt::format("no frame {} {}", step < 0 ? "before" : "after", path_), true);
 }
 
 void Session::press(const KeyPress& key, bool is_repeat) {
@@ -489,30 +489,30 @@ void Session::press(const KeyPress& key, bool is_repeat) {
 
 void Session::load_preset(const std::string& path) {
     const auto text = read_file(path, longest_preset_bytes);
-    if (!text) return tell(text.error().message, true);
+    if (!text) return report(text.error().message, true);
     const auto loaded = look_from_json(*text);
-    if (!loaded) return tell(path + ": " + loaded.error().message, true);
+    if (!loaded) return report(path + ": " + loaded.error().message, true);
     remember_saved(*loaded);
     const Preset preset = {path, *loaded};
     if (has_file()) return take_over(preset);
     waiting_ = preset;
-    tell(path + " waits for light layers: drop or open a file");
+    report(path + " waits for light layers: drop or open a file");
 }
 
 void Session::take_over(const Preset& preset) {
     is_fitted_[active_] = false;
     edit("", [&](Look& l) { l = preset.look; });
-    tell(fmt::format("look {} is that of {}{}", active_ == 0 ? "A" : "B", preset.path,
-                     has_keys(preset.look) ? fmt::format(", its keys at frame {}", frame_) : ""));
+    report(fmt::format("look {} is that of {}{}", active_ == 0 ? "A" : "B", preset.path,
+                       has_keys(preset.look) ? fmt::format(", its keys at frame {}", frame_) : ""));
 }
 
 void Session::save_preset(const std::string& path) {
     const auto saved = write_file_atomically(path, look_to_json(look()));
-    if (!saved) return tell(saved.error().message, true);
+    if (!saved) return report(saved.error().message, true);
     remember_saved(look());
     last_kept_.reset();
-    keep_looks();
-    tell("saved " + path);
+    autosave_looks();
+    report("saved " + path);
 }
 
 bool Session::ask_to_replace(Dialog what, const std::string& path) {
@@ -535,18 +535,18 @@ bool Session::replaces_layers() const {
 }
 
 std::function<Result<std::string>()> Session::output_writer(const std::string& path) const {
-    const auto& picture = pictures_[active_];
-    // The last picture that could be shown is none of this look
-    if (const std::string& why = look_errors_[active_]; !why.empty() || !picture) {
+    const auto& image = images_[active_];
+    // The last image that could be shown is none of this look
+    if (const std::string& why = look_errors_[active_]; !why.empty() || !image) {
         const std::string message = why.empty() ? "there is no image" : why;
         return [message] { return Result<std::string>(Error{"no-picture", message}); };
     }
     return [source = OutputSource{compared_ && active_ == 1 ? compared_path_ : path_,
-                                  levels_of(active_), picture},
+                                  levels_of(active_), image},
             write = output_of(output_).write, path] { return write(source, path); };
 }
 
-void Session::tell(std::string text, bool is_error) {
+void Session::report(std::string text, bool is_error) {
     message_ = {std::move(text), is_error};
 }
 

@@ -2,13 +2,13 @@
 #pragma once
 
 #include "compositor/window/actions.h"
+#include "compositor/window/autosaved_looks.h"
 #include "compositor/window/history.h"
-#include "compositor/window/kept_looks.h"
+#include "compositor/window/image_view.h"
 #include "compositor/window/levels.h"
 #include "compositor/window/look_rows.h"
 #include "compositor/window/matte_pick.h"
 #include "compositor/window/outputs.h"
-#include "compositor/window/picture_view.h"
 #include "compositor/window/recent_files.h"
 #include "compositor/window/view_mode.h"
 #include "compositor/window/worker.h"
@@ -51,7 +51,7 @@ enum class Dialog {
 /// them, what is selected and seen. Drawing reads it and calls it; it calls nothing that draws.
 class Session {
   public:
-    explicit Session(RecentFiles recent, KeptLooks kept = KeptLooks());
+    explicit Session(RecentFiles recent, AutosavedLooks kept = AutosavedLooks());
 
     // The file
 
@@ -100,13 +100,13 @@ class Session {
 
     /// Keeps such looks for the next time that this file is opened, beside the presets; called when
     /// no gesture goes on.
-    void keep_looks();
+    void autosave_looks();
 
     bool can_undo() const { return history_.can_undo(); }
 
     bool can_redo() const { return history_.can_redo(); }
 
-    /// At which keys are read, and the picture is that of: at first that of the file.
+    /// At which keys are read, and the image is that of: at first that of the file.
     double frame() const { return frame_; }
 
     void set_frame(double frame);
@@ -137,7 +137,7 @@ class Session {
     /// Begins another matte.
     void set_pick_layer(const std::string& layer);
 
-    /// Of the layer that is picked from, at a pixel of the picture; most coverage first.
+    /// Of the layer that is picked from, at a pixel of the image; most coverage first.
     std::vector<PickedObject> objects_at(int x, int y) const;
 
     /// Takes what covers most of that pixel into the matte, or out of it.
@@ -153,23 +153,23 @@ class Session {
     // What is shown
 
     /// The last mix of a look that the file can express; null before there is one.
-    const PictureTask* picture(size_t index) const;
+    const ImageTask* image(size_t index) const;
     WorkRequest work_request() const;
 
     /// The level that the screen shows.
     size_t level() const { return levels_->level_for(view_.scale()); }
 
-    PictureView& view() { return view_; }
+    ImageView& view() { return view_; }
 
-    const PictureView& view() const { return view_; }
+    const ImageView& view() const { return view_; }
 
     bool is_wiping() const { return is_wiping_; }
 
-    double wipe() const { return wipe_; }  ///< share of the picture's width that shows A
+    double wipe() const { return wipe_; }  ///< share of the image's width that shows A
 
     void set_wipe(double share);
 
-    /// What of the picture is looked at; of both looks.
+    /// What of the image is looked at; of both looks.
     const ViewMode& mode() const { return mode_; }
 
     void set_mode(ViewMode mode);
@@ -177,7 +177,7 @@ class Session {
     /// Layers of the file that a mode may show.
     const std::vector<ShownLayer>& shown() const { return levels_->shown(); }
 
-    /// One tile of the picture of a look as it is on the screen, without marks.
+    /// One tile of the image of a look as it is on the screen, without marks.
     ShownTile screen_tile(size_t index, const image::Window& tile) const;
 
     /// The bytes that the screen shows of a scene-linear color in the numbers of the file, without
@@ -207,7 +207,7 @@ class Session {
     std::vector<std::string> found(const std::vector<std::string>& targets) const;
 
     /// Whether a key or menu wants to type into the search, once.
-    bool take_wish_to_search() { return std::exchange(wants_to_search_, false); }
+    bool take_search_request() { return std::exchange(wants_to_search_, false); }
 
     const std::string& selected() const { return selected_; }
 
@@ -234,7 +234,7 @@ class Session {
     /// Over whatever is there; ask_to_replace() asks before.
     void save_preset(const std::string& path);
 
-    /// Whether a preset or picture saved there takes the place of a file. Then the dialog Replace
+    /// Whether a preset or image saved there takes the place of a file. Then the dialog Replace
     /// asks, and replaced() says what for: SavePreset or WriteOutput, and where.
     bool ask_to_replace(Dialog what, const std::string& path);
 
@@ -252,9 +252,9 @@ class Session {
 
     const Message& message() const { return message_; }
 
-    void tell(std::string text, bool is_error = false);
+    void report(std::string text, bool is_error = false);
 
-    /// What keeps a look that is to be seen from it, the active one first: the picture is that of a
+    /// What keeps a look that is to be seen from it, the active one first: the image is that of a
     /// look before. Empty: nothing.
     std::string look_error() const;
 
@@ -280,7 +280,7 @@ class Session {
     std::string notes_text() const;
     bool is_saved(const Look& look) const;
     void remember_saved(const Look& look);
-    void want_neighbour(int step);
+    void want_neighbor(int step);
     void take_over(const Preset& preset);
     void refresh(size_t index);
     Result<void> read_mattes(size_t index, mix::MixPlan& plan) const;
@@ -289,8 +289,8 @@ class Session {
     Result<std::shared_ptr<const image::DisplayTransform>> transform_for(size_t index,
                                                                          const Look& look);
     std::vector<std::string> keyed_rows() const;
-    void select_neighbour(int step);
-    void show_neighbour_layer(int step);
+    void select_neighbor(int step);
+    void show_neighbor_layer(int step);
     bool show_channel(Action action);
     void nudge_gain(float stops);
     void nudge_exposure(float stops);
@@ -298,7 +298,7 @@ class Session {
     bool perform_on_view(Action action);
 
     RecentFiles recent_;
-    KeptLooks kept_;
+    AutosavedLooks kept_;
     std::vector<Look> saved_;         ///< presets that were loaded or saved
     std::optional<Looks> last_kept_;  ///< of this file
     std::string path_;
@@ -316,22 +316,22 @@ class Session {
     std::pair<Dialog, std::string> replaced_ = {Dialog::None, {}};
     /// Looks made for another file leave out what this one lacks; what they left out, line by line
     std::array<bool, 2> is_fitted_ = {false, false};
-    std::array<std::vector<std::string>, 2> left_out_;
-    std::array<std::shared_ptr<const PictureTask>, 2> pictures_;
+    std::array<std::vector<std::string>, 2> omitted_;
+    std::array<std::shared_ptr<const ImageTask>, 2> images_;
     std::array<std::string, 2> look_errors_;
     uint64_t last_version_ = 0;
     std::map<std::array<std::string, 4>, std::shared_ptr<const image::DisplayTransform>>
         transforms_;  ///< by file, display, view and input space
     MattePicker picker_;
     std::vector<std::string> picked_;
-    PictureView view_;
+    ImageView view_;
     ViewMode mode_;
     bool is_picking_ = false, is_wiping_ = false, wants_to_quit_ = false, wants_to_search_ = false;
     double wipe_ = 0.5;
     Page page_ = Page::Lights;
     std::string pick_layer_, matte_, selected_, row_search_, input_space_, own_space_;
     Dialog dialog_ = Dialog::None;
-    OutputKind output_ = OutputKind::Picture;
+    OutputKind output_ = OutputKind::Image;
     Message message_;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of the picture is seen: modes, mattes that are picked, another file beside this one.
+// What of the image is seen: modes, mattes that are picked, another file beside this one.
 #include "compositor/window/session.h"
 
 #include <fmt/format.h>
@@ -29,9 +29,9 @@ void Session::keep_mode() {
 }
 
 ShownTile Session::screen_tile(size_t index, const image::Window& tile) const {
-    const PictureTask& task = *pictures_[index];
+    const ImageTask& task = *images_[index];
     ViewMode mode = task.mode;
-    mode.marks_faults = false;
+    mode.flags_pixels = false;
     const Levels& levels = *task.levels;
     return show_tile({levels.stack(0), *task.plans[0], task.look.exposure_stops, *task.transform,
                       levels.not_finite()},
@@ -39,14 +39,14 @@ ShownTile Session::screen_tile(size_t index, const image::Window& tile) const {
 }
 
 std::array<uint8_t, 3> Session::screen_color(const std::array<float, 3>& rgb) const {
-    const auto& picture = pictures_[active_];
-    if (!picture) return {255, 255, 255};
-    const auto rgba = display_rgba({rgb[0], rgb[1], rgb[2]}, *picture->transform);
+    const auto& image = images_[active_];
+    if (!image) return {255, 255, 255};
+    const auto rgba = display_rgba({rgb[0], rgb[1], rgb[2]}, *image->transform);
     return {rgba[0], rgba[1], rgba[2]};
 }
 
 /// The mix stands before the first layer.
-void Session::show_neighbour_layer(int step) {
+void Session::show_neighbor_layer(int step) {
     int index = -1;
     for (size_t i = 0; i < shown().size(); ++i) {
         if (mode_.layer == shown()[i]) index = int(i);
@@ -93,7 +93,7 @@ void Session::pick(int x, int y) {
     if (objects.empty()) return;
     const PickedObject& object = objects.front();
     if (object.name.empty())
-        return tell(object.text() + " in the manifest of " + pick_layer_ + ": not picked", true);
+        return report(object.text() + " in the manifest of " + pick_layer_ + ": not picked", true);
     const auto at = std::find(picked_.begin(), picked_.end(), object.name);
     if (at == picked_.end()) {
         picked_.push_back(object.name);
@@ -102,7 +102,7 @@ void Session::pick(int x, int y) {
     }
     matte_ = matte_text(pick_layer_, picked_);
     after_change();
-    tell(matte_.empty() ? "rows act everywhere" : "rows act within " + matte_);
+    report(matte_.empty() ? "rows act everywhere" : "rows act within " + matte_);
 }
 
 void Session::set_pick_layer(const std::string& layer) {
@@ -131,26 +131,26 @@ void Session::compare(std::string path, std::shared_ptr<const Levels> levels) {
     if (!has_file()) return;
     const image::Window a = levels_->frame(0), b = levels->frame(0);
     if (a != b)
-        return tell(fmt::format("not compared: {} has {}×{} pixels, {} has {}×{}", path, b.width(),
-                                b.height(), path_, a.width(), a.height()),
-                    true);
+        return report(fmt::format("not compared: {} has {}×{} pixels, {} has {}×{}", path,
+                                  b.width(), b.height(), path_, a.width(), a.height()),
+                      true);
     std::erase_if(transforms_, [&](const auto& known) { return known.first[0] == path; });
     compared_ = std::move(levels);
     compared_path_ = std::move(path);
     compared_rows_ = mixer_rows(compared_->stack(0));
     // What look B has from another file is left out where this one lacks it
     is_fitted_[1] = true;
-    pictures_[1].reset();
+    images_[1].reset();
     is_wiping_ = true;
     set_page(page_);
     after_change();
-    tell("B is " + compared_path_);
+    report("B is " + compared_path_);
 }
 
 void Session::end_comparison() {
     compared_.reset();
     compared_path_.clear();
-    pictures_[1].reset();
+    images_[1].reset();
     after_change();
 }
 
@@ -177,20 +177,20 @@ bool Session::perform_on_view(Action action) {
             is_wiping_ = !is_wiping_;
             return true;
         case Action::PreviousLayer:
-            show_neighbour_layer(-1);
+            show_neighbor_layer(-1);
             return true;
         case Action::NextLayer:
-            show_neighbour_layer(1);
+            show_neighbor_layer(1);
             return true;
         case Action::PickMatte:
             is_picking_ = !is_picking_ && !picker_.layers().empty();
             if (picker_.layers().empty())
-                tell("no Cryptomatte in this file: nothing to pick", true);
+                report("no Cryptomatte in this file: nothing to pick", true);
             after_change();
             return true;
-        case Action::MarkFaults: {
+        case Action::FlagPixels: {
             ViewMode mode = mode_;
-            mode.marks_faults = !mode.marks_faults;
+            mode.flags_pixels = !mode.flags_pixels;
             set_mode(std::move(mode));
             return true;
         }

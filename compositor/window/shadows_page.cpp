@@ -24,7 +24,7 @@ void draw_share(Drawing& drawing, Kind kind, const std::string& target, const st
     };
     ImGui::PushID(name.c_str());
     ImGui::AlignTextToFramePadding();
-    fitted_text(title, 9.5f * unit, colour::text);
+    fitted_text(title, 9.5f * unit, color::text);
     ImGui::SameLine(10 * unit);
     const float width = std::max(ImGui::GetContentRegionAvail().x - 6.8f * unit, 3 * unit);
     if (const auto changed = drag_slider("share", now, 0, 1, width)) set(*changed);
@@ -55,7 +55,7 @@ void draw_clamps(Drawing& drawing) {
     if (clamps.empty()) return;
     ImGui::Spacing();
     ImGui::Separator();
-    text("Undoes the firefly clamp.", colour::dim);
+    text("Undoes the firefly clamp.", color::dim);
     for (const std::string& target : drawing.session.found(clamps))
         draw_share(drawing, Kind::Clamp, target, target == "all" ? "all light" : target);
 }
@@ -65,9 +65,9 @@ void draw_clamps(Drawing& drawing) {
 void draw_shadows(Drawing& drawing) {
     const std::vector<std::string>& groups = drawing.session.rows().shadows;
     if (groups.empty()) {
-        text("This file has no shadow layers; render with --layers shadow.", colour::dim);
+        text("This file has no shadow layers; render with --layers shadow.", color::dim);
     } else {
-        text("Lifts the shadows of a light: 0 as rendered, 100 % none.", colour::dim);
+        text("Lifts the shadows of a light: 0 as rendered, 100 % none.", color::dim);
     }
     ImGui::Spacing();
     for (const std::string& group : drawing.session.found(groups)) {

@@ -15,7 +15,7 @@ struct ShownLayer {
     std::string name;
     size_t part = 0;
     /// Full names of what is shown as red, green, blue and alpha; empty: not stored. A layer of one
-    /// channel is shown as grey: three times the same name.
+    /// channel is shown as gray: three times the same name.
     std::array<std::string, 4> channels = {};
 
     bool operator==(const ShownLayer&) const = default;

@@ -72,7 +72,7 @@ void Textures::take(const FinishedTile& finished) {
     tile.version = finished.version;
 }
 
-/// The tile itself or the one of a coarser level around it, whichever shows the newer picture.
+/// The tile itself or the one of a coarser level around it, whichever shows the newer image.
 const Textures::Tile* Textures::newest_over(size_t look,
                                             size_t level,
                                             size_t tile,
@@ -100,7 +100,7 @@ void Textures::draw_part(ImDrawList& list,
                          double scale) const {
     const image::Window& full = grids_[0].frame;
     const double size = std::ldexp(scale, int(level));
-    // The last pixel of a coarse level may reach over the edge of the picture
+    // The last pixel of a coarse level may reach over the edge of the image
     const auto x_of = [&](int x) {
         return float(double(origin.x) + std::min(x * size, full.width() * scale));
     };

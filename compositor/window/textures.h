@@ -28,8 +28,8 @@ class Textures {
     void show(std::shared_ptr<const Levels> levels);
     void take(const FinishedTile& tile);
 
-    /// Draws a look with the picture's top left corner at `origin`, `scale` pixels of the screen
-    /// per pixel of the picture: for each tile of the level the newest there is, in the level
+    /// Draws a look with the image's top left corner at `origin`, `scale` pixels of the screen
+    /// per pixel of the image: for each tile of the level the newest there is, in the level
     /// itself or in a coarser one.
     void draw(ImDrawList& list, size_t look, size_t level, const ImVec2& origin, double scale);
 

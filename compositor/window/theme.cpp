@@ -20,35 +20,35 @@ ImFont* load_font(const char* file, float size) {
     return fonts->AddFontFromFileTTF(path.c_str(), size, nullptr, ranges.data());
 }
 
-void set_colours(ImGuiStyle& style) {
+void set_colors(ImGuiStyle& style) {
     const auto set = [&](ImGuiCol index, const ImVec4& c) { style.Colors[index] = c; };
     ImGui::StyleColorsDark(&style);
-    set(ImGuiCol_Text, colour::text);
-    set(ImGuiCol_TextDisabled, colour::dim);
-    set(ImGuiCol_WindowBg, colour::panel);
+    set(ImGuiCol_Text, color::text);
+    set(ImGuiCol_TextDisabled, color::dim);
+    set(ImGuiCol_WindowBg, color::panel);
     set(ImGuiCol_ChildBg, {0, 0, 0, 0});
     set(ImGuiCol_PopupBg, {0.13f, 0.13f, 0.13f, 1});
     set(ImGuiCol_MenuBarBg, {0.13f, 0.13f, 0.13f, 1});
-    set(ImGuiCol_Border, colour::line);
-    set(ImGuiCol_Separator, colour::line);
-    set(ImGuiCol_TitleBg, colour::panel);
+    set(ImGuiCol_Border, color::line);
+    set(ImGuiCol_Separator, color::line);
+    set(ImGuiCol_TitleBg, color::panel);
     set(ImGuiCol_TitleBgActive, {0.20f, 0.20f, 0.20f, 1});
-    for (const ImGuiCol c : {ImGuiCol_FrameBg, ImGuiCol_Button}) set(c, colour::field);
+    for (const ImGuiCol c : {ImGuiCol_FrameBg, ImGuiCol_Button}) set(c, color::field);
     for (const ImGuiCol c :
          {ImGuiCol_FrameBgHovered, ImGuiCol_ButtonHovered, ImGuiCol_HeaderHovered})
-        set(c, colour::field_hovered);
+        set(c, color::field_hovered);
     for (const ImGuiCol c : {ImGuiCol_FrameBgActive, ImGuiCol_ButtonActive, ImGuiCol_HeaderActive})
         set(c, {0.33f, 0.33f, 0.33f, 1});
     set(ImGuiCol_Header, {0.25f, 0.25f, 0.25f, 1});
-    set(ImGuiCol_Tab, colour::panel);
-    set(ImGuiCol_TabHovered, colour::field_hovered);
+    set(ImGuiCol_Tab, color::panel);
+    set(ImGuiCol_TabHovered, color::field_hovered);
     set(ImGuiCol_TabActive, {0.28f, 0.26f, 0.23f, 1});
-    set(ImGuiCol_CheckMark, colour::accent);
-    set(ImGuiCol_SliderGrab, colour::accent);
-    set(ImGuiCol_SliderGrabActive, colour::accent);
-    set(ImGuiCol_PlotHistogram, colour::accent);
-    set(ImGuiCol_TextSelectedBg, with_alpha(colour::accent, 0.35f));
-    set(ImGuiCol_NavHighlight, colour::accent);
+    set(ImGuiCol_CheckMark, color::accent);
+    set(ImGuiCol_SliderGrab, color::accent);
+    set(ImGuiCol_SliderGrabActive, color::accent);
+    set(ImGuiCol_PlotHistogram, color::accent);
+    set(ImGuiCol_TextSelectedBg, with_alpha(color::accent, 0.35f));
+    set(ImGuiCol_NavHighlight, color::accent);
     set(ImGuiCol_TableHeaderBg, {0.19f, 0.19f, 0.19f, 1});
     set(ImGuiCol_TableBorderLight, {0.22f, 0.22f, 0.22f, 1});
     set(ImGuiCol_ModalWindowDimBg, {0, 0, 0, 0.45f});
@@ -59,7 +59,7 @@ void set_colours(ImGuiStyle& style) {
 
 Fonts set_up_theme(float scale) {
     ImGuiStyle& style = ImGui::GetStyle();
-    set_colours(style);
+    set_colors(style);
     style.WindowRounding = 0;
     style.FrameRounding = style.GrabRounding = style.PopupRounding = style.TabRounding = 3;
     style.WindowBorderSize = 0;

@@ -11,14 +11,14 @@
 namespace velatura::compositor::window {
 
 /// Part of a mix, scene-linear, [height][width][3] of `tile`, which counts from the top left of the
-/// picture (the display window); pixels that are not stored are 0. The numbers of apply_mix, bit
+/// image (the display window); pixels that are not stored are 0. The numbers of apply_mix, bit
 /// for bit: the same products and sums in the same order.
 std::vector<float> mix_tile(const LayerStack& stack,
                             const mix::MixPlan& plan,
                             float exposure_stops,
                             const image::Window& tile);
 
-/// What the screen shows, [pixel][4], opaque: the bytes that write_display puts into a picture.
+/// What the screen shows, [pixel][4], opaque: the bytes that write_display puts into an image.
 std::vector<uint8_t> display_rgba(std::vector<float> rgb, const image::DisplayTransform& transform);
 
 }  // namespace velatura::compositor::window

@@ -34,13 +34,13 @@ TileOrder::TileOrder(std::vector<TileGrid> levels, size_t quick_level)
 
 std::optional<TileBatch> TileOrder::stale(const Wanted& wanted,
                                           size_t level,
-                                          size_t most,
+                                          size_t max,
                                           bool is_seen_only) const {
     for (size_t look = 0; look < 2; ++look) {
         if (wanted.versions[look] == 0) continue;
         TileBatch batch{look, level, {}, is_seen_only};
         const std::vector<uint64_t>& versions = versions_[look][level];
-        for (size_t t = 0; t < versions.size() && batch.tiles.size() < most; ++t) {
+        for (size_t t = 0; t < versions.size() && batch.tiles.size() < max; ++t) {
             const bool is_seen =
                 overlap(at_full_size(levels_[level].window(t), level), wanted.seen);
             if (versions[t] != wanted.versions[look] && (is_seen || !is_seen_only))
@@ -51,7 +51,7 @@ std::optional<TileBatch> TileOrder::stale(const Wanted& wanted,
     return std::nullopt;
 }
 
-std::optional<TileBatch> TileOrder::next(const Wanted& wanted, size_t most) const {
+std::optional<TileBatch> TileOrder::next(const Wanted& wanted, size_t max) const {
     if (levels_.empty()) return std::nullopt;
     constexpr size_t all = std::numeric_limits<size_t>::max();
     if (wanted.level < quick_level_) {
@@ -60,9 +60,9 @@ std::optional<TileBatch> TileOrder::next(const Wanted& wanted, size_t most) cons
             return batch;
         }
     }
-    if (auto batch = stale(wanted, wanted.level, most, true)) return batch;
-    if (auto batch = stale(wanted, wanted.level, most, false)) return batch;
-    return stale(wanted, 0, most, false);
+    if (auto batch = stale(wanted, wanted.level, max, true)) return batch;
+    if (auto batch = stale(wanted, wanted.level, max, false)) return batch;
+    return stale(wanted, 0, max, false);
 }
 
 void TileOrder::mark(const TileBatch& batch, uint64_t version) {

@@ -10,7 +10,7 @@
 
 namespace velatura::compositor::window {
 
-/// A level of a picture cut into tiles, numbered row by row.
+/// A level of an image cut into tiles, numbered row by row.
 struct TileGrid {
     static constexpr int tile_size = 256;
 
@@ -25,7 +25,7 @@ struct TileGrid {
     image::Window window(size_t tile) const;
 };
 
-/// What is wanted on the screen: per look (A, B) the version of its picture, 0 for none, and the
+/// What is wanted on the screen: per look (A, B) the version of its image, 0 for none, and the
 /// part of level 0 that is seen at `level`.
 struct Wanted {
     std::array<uint64_t, 2> versions = {0, 0};
@@ -47,8 +47,8 @@ class TileOrder {
     TileOrder() = default;
     TileOrder(std::vector<TileGrid> levels, size_t quick_level);
 
-    /// `most`: tiles of a batch, but for the quick level, which comes in one.
-    std::optional<TileBatch> next(const Wanted& wanted, size_t most) const;
+    /// `max`: tiles of a batch, but for the quick level, which comes in one.
+    std::optional<TileBatch> next(const Wanted& wanted, size_t max) const;
     void mark(const TileBatch& batch, uint64_t version);
 
     const TileGrid& grid(size_t level) const { return levels_[level]; }
@@ -56,7 +56,7 @@ class TileOrder {
   private:
     std::optional<TileBatch> stale(const Wanted& wanted,
                                    size_t level,
-                                   size_t most,
+                                   size_t max,
                                    bool is_seen_only) const;
 
     std::vector<TileGrid> levels_;

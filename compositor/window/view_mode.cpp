@@ -117,30 +117,30 @@ std::vector<float> alphas(const TileSource& source, const ViewMode& mode, const 
 void isolate(std::vector<float>& rgb, ShownChannel channel) {
     if (channel == ShownChannel::Color) return;
     for (size_t i = 0; i < rgb.size(); i += 3) {
-        float grey = 0;
+        float gray = 0;
         if (channel == ShownChannel::Luminance) {
-            for (size_t c = 0; c < 3; ++c) grey += luminance[c] * rgb[i + c];
+            for (size_t c = 0; c < 3; ++c) gray += luminance[c] * rgb[i + c];
         } else {
-            grey = rgb[i + size_t(channel) - size_t(ShownChannel::Red)];
+            gray = rgb[i + size_t(channel) - size_t(ShownChannel::Red)];
         }
-        std::fill_n(rgb.begin() + std::ptrdiff_t(i), 3, grey);
+        std::fill_n(rgb.begin() + std::ptrdiff_t(i), 3, gray);
     }
 }
 
 /// Which of the three channels is worst, as a mark; none: nothing is wrong.
 const std::array<uint8_t, 3>* mark_of(
-    const float* scene, const float* display, bool is_alpha, bool is_bad, Faults& faults) {
+    const float* scene, const float* display, bool is_alpha, bool is_bad, FlaggedPixels& flagged) {
     if (is_bad) {
-        ++faults.not_finite;
+        ++flagged.not_finite;
         return &not_finite_mark;
     }
     const auto is_above = [&](float v) { return is_alpha ? v > 1 : v >= 1; };
     if (is_above(display[0]) || is_above(display[1]) || is_above(display[2])) {
-        ++faults.above;
+        ++flagged.above;
         return &above_mark;
     }
     if (scene[0] < 0 || scene[1] < 0 || scene[2] < 0) {
-        ++faults.below;
+        ++flagged.below;
         return &below_mark;
     }
     return nullptr;
@@ -173,14 +173,14 @@ std::string ViewMode::text() const {
     return text;
 }
 
-Faults& Faults::operator+=(const Faults& other) {
+FlaggedPixels& FlaggedPixels::operator+=(const FlaggedPixels& other) {
     not_finite += other.not_finite;
     above += other.above;
     below += other.below;
     return *this;
 }
 
-std::string Faults::text() const {
+std::string FlaggedPixels::text() const {
     std::string text;
     const auto add = [&](size_t count, const char* what) {
         if (count > 0) text += fmt::format("{}{} px {}", text.empty() ? "" : " · ", count, what);
@@ -213,27 +213,30 @@ ShownTile show_tile(const TileSource& source, const ViewMode& mode, const image:
     for (size_t i = 0; i < marks.size(); ++i) {
         for (size_t c = 0; c < 3; ++c) out.rgba[4 * i + c] = image::display_byte(shown[3 * i + c]);
         out.rgba[4 * i + 3] = 255;
-        const auto* mark = mark_of(&rgb[3 * i], &shown[3 * i], is_alpha, marks[i] != 0, out.faults);
-        if (mark && mode.marks_faults)
+        const auto* mark =
+            mark_of(&rgb[3 * i], &shown[3 * i], is_alpha, marks[i] != 0, out.flagged);
+        if (mark && mode.flags_pixels)
             std::copy(mark->begin(), mark->end(), out.rgba.begin() + std::ptrdiff_t(4 * i));
     }
     if (source.matte) draw_matte(tile, *source.matte, out.rgba);
     return out;
 }
 
-void FaultCounts::take(size_t look,
-                       uint64_t version,
-                       const image::Window& tile,
-                       const Faults& faults) {
-    tiles_[look][{tile.x0, tile.y0}] = {version, tile.pixel_count(), faults};
+void FlaggedPixelCounts::take(size_t look,
+                              uint64_t version,
+                              const image::Window& tile,
+                              const FlaggedPixels& flagged) {
+    tiles_[look][{tile.x0, tile.y0}] = {version, tile.pixel_count(), flagged};
 }
 
-std::optional<Faults> FaultCounts::of(size_t look, uint64_t version, size_t pixels) const {
-    Faults sum;
+std::optional<FlaggedPixels> FlaggedPixelCounts::of(size_t look,
+                                                    uint64_t version,
+                                                    size_t pixels) const {
+    FlaggedPixels sum;
     size_t counted = 0;
     for (const auto& [corner, tile] : tiles_[look]) {
         if (tile.version != version) continue;
-        sum += tile.faults;
+        sum += tile.flagged;
         counted += tile.pixels;
     }
     return counted == pixels ? std::optional(sum) : std::nullopt;

@@ -35,7 +35,7 @@ std::span<const ChannelChoice> channel_choices();
 struct ViewMode {
     std::optional<ShownLayer> layer;  ///< none: the mix
     ShownChannel channel = ShownChannel::Color;
-    bool marks_faults = false;  ///< over the image
+    bool flags_pixels = false;  ///< over the image
     std::string matte = {};     ///< drawn over the image in red, as `--matte` reads it; empty: none
 
     bool operator==(const ViewMode&) const = default;
@@ -45,15 +45,15 @@ struct ViewMode {
 };
 
 /// Pixels that a screen does not show as they are.
-struct Faults {
+struct FlaggedPixels {
     size_t not_finite = 0;  ///< NaN or infinite, in a layer that is shown or in their mix
     size_t above = 0;       ///< a channel at the most that the display shows, or beyond
     size_t below = 0;       ///< a channel that is negative
 
-    Faults& operator+=(const Faults& other);
-    bool operator==(const Faults&) const = default;
+    FlaggedPixels& operator+=(const FlaggedPixels& other);
+    bool operator==(const FlaggedPixels&) const = default;
 
-    bool is_empty() const { return *this == Faults(); }
+    bool is_empty() const { return *this == FlaggedPixels(); }
 
     /// `3 px NaN/Inf · 12 px clipped`.
     std::string text() const;
@@ -68,7 +68,7 @@ inline constexpr float matte_strength = 0.5f;
 
 struct ShownTile {
     std::vector<uint8_t> rgba;  ///< [pixel][4], opaque
-    Faults faults;
+    FlaggedPixels flagged;
 };
 
 /// What a tile is shown from.
@@ -81,19 +81,22 @@ struct TileSource {
     const std::vector<float>* matte = nullptr;  ///< of the data window; null: none is drawn
 };
 
-/// A tile of the picture as the mode says. The mix in color without marks is display_rgba of
+/// A tile of the image as the mode says. The mix in color without marks is display_rgba of
 /// mix_tile. Exposure and display transform act on every layer and channel alike but alpha, which
 /// is shown as it is: 0 black, 1 white. NaN and infinite values are shown as 0, as in a mix.
 ShownTile show_tile(const TileSource& source, const ViewMode& mode, const image::Window& tile);
 
-/// Faults of a whole picture, tile by tile.
-class FaultCounts {
+/// Flagged pixels of a whole image, tile by tile.
+class FlaggedPixelCounts {
   public:
-    /// Of a tile of the full size, by its corner; an older picture's count of it is replaced.
-    void take(size_t look, uint64_t version, const image::Window& tile, const Faults& faults);
+    /// Of a tile of the full size, by its corner; an older image's count of it is replaced.
+    void take(size_t look,
+              uint64_t version,
+              const image::Window& tile,
+              const FlaggedPixels& flagged);
 
-    /// None while tiles are missing: pixels counted must be those of the picture.
-    std::optional<Faults> of(size_t look, uint64_t version, size_t pixels) const;
+    /// None while tiles are missing: pixels counted must be those of the image.
+    std::optional<FlaggedPixels> of(size_t look, uint64_t version, size_t pixels) const;
 
     void clear() { tiles_ = {}; }
 
@@ -101,7 +104,7 @@ class FaultCounts {
     struct Counted {
         uint64_t version = 0;
         size_t pixels = 0;
-        Faults faults;
+        FlaggedPixels flagged;
     };
 
     std::array<std::map<std::pair<int, int>, Counted>, 2> tiles_;

@@ -73,42 +73,41 @@ void explain(const char* what) {
     ImGui::EndTooltip();
 }
 
-std::optional<float> drag_slider(
-    const char* id, float value, float least, float most, float width) {
+std::optional<float> drag_slider(const char* id, float value, float min, float max, float width) {
     static float dragged = 0;  // one slider at a time
     const float height = ImGui::GetFrameHeight();
     const ImVec2 low = ImGui::GetCursorScreenPos(), high = {low.x + width, low.y + height};
     ImGui::InvisibleButton(id, {width, height});
     const bool is_hovered = ImGui::IsItemHovered(), is_active = ImGui::IsItemActive();
     std::optional<float> changed;
-    if (ImGui::IsItemActivated()) dragged = std::clamp(value, least, most);
+    if (ImGui::IsItemActivated()) dragged = std::clamp(value, min, max);
     if (is_hovered && ImGui::IsMouseDoubleClicked(0)) {
-        changed = dragged = std::clamp(0.0f, least, most);
+        changed = dragged = std::clamp(0.0f, min, max);
     } else if (is_active && ImGui::GetIO().MouseDelta.x != 0) {
         const float fine = ImGui::GetIO().KeyShift ? 0.1f : 1.0f;
-        dragged += fine * ImGui::GetIO().MouseDelta.x / width * (most - least);
-        changed = std::clamp(dragged, least, most);
+        dragged += fine * ImGui::GetIO().MouseDelta.x / width * (max - min);
+        changed = std::clamp(dragged, min, max);
     }
 
-    const float shown = std::clamp(changed.value_or(value), least, most);
-    const auto x_of = [&](float v) { return low.x + (v - least) / (most - least) * width; };
+    const float shown = std::clamp(changed.value_or(value), min, max);
+    const auto x_of = [&](float v) { return low.x + (v - min) / (max - min) * width; };
     ImDrawList* draw = ImGui::GetWindowDrawList();
-    const float zero = x_of(std::clamp(0.0f, least, most)), x = x_of(shown);
+    const float zero = x_of(std::clamp(0.0f, min, max)), x = x_of(shown);
     const float middle = std::floor((low.y + high.y) / 2), thin = std::floor(height / 6);
     draw->AddRectFilled({low.x, middle - thin}, {high.x, middle + thin},
-                        packed(is_hovered || is_active ? colour::field_hovered : colour::field),
+                        packed(is_hovered || is_active ? color::field_hovered : color::field),
                         thin);
     draw->AddRectFilled({std::min(zero, x), middle - thin}, {std::max(zero, x), middle + thin},
-                        packed(with_alpha(colour::accent, 0.75f)), thin);
-    if (least < 0)
-        draw->AddLine({zero, middle - 2 * thin}, {zero, middle + 2 * thin}, packed(colour::line));
+                        packed(with_alpha(color::accent, 0.75f)), thin);
+    if (min < 0)
+        draw->AddLine({zero, middle - 2 * thin}, {zero, middle + 2 * thin}, packed(color::line));
     draw->AddCircleFilled({x, middle}, height / 3.6f,
-                          packed(shown != 0 || is_active ? colour::accent : colour::dim));
+                          packed(shown != 0 || is_active ? color::accent : color::dim));
     return changed;
 }
 
 std::optional<float> stops_box(const char* id, float stops, float width) {
-    constexpr float most = 20;
+    constexpr float max = 20;
     std::array<char, 32> typed{};
     fmt::format_to_n(typed.data(), typed.size() - 1, "{:+.2f} st", stops);
     ImGui::SetNextItemWidth(width);
@@ -116,19 +115,19 @@ std::optional<float> stops_box(const char* id, float stops, float width) {
         return std::nullopt;
     const auto value = stops_of_text(typed.data());
     if (!value) return std::nullopt;
-    return std::clamp(*value, -most, most);
+    return std::clamp(*value, -max, max);
 }
 
-bool switch_button(const char* id, const char* label, bool is_on, const ImVec4& on_colour) {
+bool switch_button(const char* id, const char* label, bool is_on, const ImVec4& on_color) {
     ImGui::PushID(id);
     if (is_on) {
-        ImGui::PushStyleColor(ImGuiCol_Button, on_colour);
-        ImGui::PushStyleColor(ImGuiCol_ButtonHovered, on_colour);
-        ImGui::PushStyleColor(ImGuiCol_Text, colour::desk);
+        ImGui::PushStyleColor(ImGuiCol_Button, on_color);
+        ImGui::PushStyleColor(ImGuiCol_ButtonHovered, on_color);
+        ImGui::PushStyleColor(ImGuiCol_Text, color::workspace);
     } else {
-        ImGui::PushStyleColor(ImGuiCol_Button, colour::field);
-        ImGui::PushStyleColor(ImGuiCol_ButtonHovered, colour::field_hovered);
-        ImGui::PushStyleColor(ImGuiCol_Text, colour::dim);
+        ImGui::PushStyleColor(ImGuiCol_Button, color::field);
+        ImGui::PushStyleColor(ImGuiCol_ButtonHovered, color::field_hovered);
+        ImGui::PushStyleColor(ImGuiCol_Text, color::dim);
     }
     const float side = ImGui::GetFrameHeight();
     const float width = std::max(side, ImGui::CalcTextSize(label).x + side / 2);
@@ -155,7 +154,7 @@ void share_bar(double share, float width, const ImVec4& c) {
     const float middle = std::floor(low.y + height / 2);
     ImDrawList* draw = ImGui::GetWindowDrawList();
     draw->AddRectFilled({low.x, middle - thin}, {low.x + width, middle + thin},
-                        packed(colour::field), thin);
+                        packed(color::field), thin);
     draw->AddRectFilled({low.x, middle - thin},
                         {low.x + width * float(std::clamp(share, 0.0, 1.0)), middle + thin},
                         packed(c), thin);

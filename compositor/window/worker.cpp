@@ -19,15 +19,15 @@ double now_ms() {
 Wanted wanted_of(const WorkRequest& request) {
     Wanted wanted;
     for (size_t look = 0; look < 2; ++look) {
-        if (request.pictures[look]) wanted.versions[look] = request.pictures[look]->version;
+        if (request.images[look]) wanted.versions[look] = request.images[look]->version;
     }
     wanted.level = request.level;
     wanted.seen = request.seen;
     return wanted;
 }
 
-/// Those of the picture's own file. Both files of a comparison are cut into the same tiles.
-const Levels& levels_for(const WorkRequest& request, const PictureTask& task) {
+/// Those of the image's own file. Both files of a comparison are cut into the same tiles.
+const Levels& levels_for(const WorkRequest& request, const ImageTask& task) {
     return task.levels ? *task.levels : *request.levels;
 }
 
@@ -49,14 +49,14 @@ void Worker::request(WorkRequest request) {
     changed_.notify_all();
 }
 
-WorkNews Worker::take() {
+WorkResults Worker::take() {
     const std::lock_guard lock(mutex_);
-    WorkNews news = std::move(news_);
-    news.is_idle = !is_working_ && !newest_;
-    news_ = WorkNews();
-    news_.times = news.times;
-    news_.noise_version = news.noise_version;
-    return news;
+    WorkResults results = std::move(results_);
+    results.is_idle = !is_working_ && !newest_;
+    results_ = WorkResults();
+    results_.times = results.times;
+    results_.noise_version = results.noise_version;
+    return results;
 }
 
 void Worker::run(const std::stop_token& stop) {
@@ -99,7 +99,7 @@ void Worker::give_up(const std::string& why) {
     order_ = {};
     noise_.reset();
     const std::lock_guard lock(mutex_);
-    news_.error = why;
+    results_.error = why;
 }
 
 /// False when nothing is left to do.
@@ -125,15 +125,15 @@ bool Worker::work_once(const WorkRequest& request) {
     }
     keep_time(request);
     // A first number of the noise before what nobody sees
-    const bool is_noise_new = request.pictures[request.noise_of] &&
-                              noise_version_ != request.pictures[request.noise_of]->version;
+    const bool is_noise_new = request.images[request.noise_of] &&
+                              noise_version_ != request.images[request.noise_of]->version;
     if ((is_noise_new || !batch) && advance_noise(request)) return true;
     if (batch) mix_batch(request, *batch);
     return batch.has_value();
 }
 
 void Worker::mix_batch(const WorkRequest& request, const TileBatch& batch) {
-    const PictureTask& task = *request.pictures[batch.look];
+    const ImageTask& task = *request.images[batch.look];
     const Levels& levels = levels_for(request, task);
     std::vector<FinishedTile> finished(batch.tiles.size());
     parallel_for(batch.tiles.size(), [&](size_t i) {
@@ -149,14 +149,14 @@ void Worker::mix_batch(const WorkRequest& request, const TileBatch& batch) {
              task.matte.empty() ? nullptr : task.matte[batch.level]->mattes[0].values.get()},
             task.mode, tile.window);
         tile.rgba = std::move(shown.rgba);
-        tile.faults = shown.faults;
+        tile.flagged = shown.flagged;
     });
     order_.mark(batch, task.version);
     if (times_.first == 0) times_.first = now_ms() - begun_ms_;
     {
         const std::lock_guard lock(mutex_);
-        for (FinishedTile& tile : finished) news_.tiles.push_back(std::move(tile));
-        news_.times = times_;
+        for (FinishedTile& tile : finished) results_.tiles.push_back(std::move(tile));
+        results_.times = times_;
     }
     wake_();
 }
@@ -166,12 +166,12 @@ void Worker::keep_time(const WorkRequest& request) {
     if (times_.seen == 0) times_.seen = passed;
     if (times_.all == 0 && !order_.next(wanted_of(request), 1)) times_.all = passed;
     const std::lock_guard lock(mutex_);
-    news_.times = times_;
+    results_.times = times_;
 }
 
 /// One part of the noise. False when all of them are done.
 bool Worker::advance_noise(const WorkRequest& request) {
-    const std::shared_ptr<const PictureTask>& task = request.pictures[request.noise_of];
+    const std::shared_ptr<const ImageTask>& task = request.images[request.noise_of];
     if (!task) return false;
     if (noise_version_ != task->version) {
         noise_version_ = task->version;
@@ -182,8 +182,8 @@ bool Worker::advance_noise(const WorkRequest& request) {
     noise_->advance(levels_for(request, *task).stack(0), *task->plans[0], task->look);
     {
         const std::lock_guard lock(mutex_);
-        news_.noise = noise_;
-        news_.noise_version = noise_version_;
+        results_.noise = noise_;
+        results_.noise_version = noise_version_;
     }
     wake_();
     return true;

@@ -21,8 +21,8 @@
 namespace velatura::compositor::window {
 
 /// A look as the worker takes it.
-struct PictureTask {
-    uint64_t version = 0;  ///< another number for another picture; from 1
+struct ImageTask {
+    uint64_t version = 0;  ///< another number for another image; from 1
     Look look;
     LevelPlans plans;
     std::shared_ptr<const image::DisplayTransform> transform;
@@ -33,11 +33,10 @@ struct PictureTask {
 
 struct WorkRequest {
     std::shared_ptr<const Levels> levels;
-    std::array<std::shared_ptr<const PictureTask>, 2>
-        pictures;         ///< look A, look B; null: not shown
-    size_t level = 0;     ///< that the screen shows
-    image::Window seen;   ///< of level 0
-    size_t noise_of = 0;  ///< whose noise is told
+    std::array<std::shared_ptr<const ImageTask>, 2> images;  ///< look A, look B; null: not shown
+    size_t level = 0;                                        ///< that the screen shows
+    image::Window seen;                                      ///< of level 0
+    size_t noise_of = 0;                                     ///< whose noise is told
 };
 
 struct FinishedTile {
@@ -46,18 +45,18 @@ struct FinishedTile {
     uint64_t version = 0;
     image::Window window;  ///< of the level
     std::vector<uint8_t> rgba;
-    Faults faults;
+    FlaggedPixels flagged;
 };
 
-/// From the request for a new picture, in ms; 0 while it is not there.
+/// From the request for a new image, in ms; 0 while it is not there.
 struct MixTimes {
-    double first = 0;  ///< something of the whole picture
+    double first = 0;  ///< something of the whole image
     double seen = 0;   ///< what the screen shows, at its size
     double all = 0;    ///< everything at full size
 };
 
 /// What came of the last requests.
-struct WorkNews {
+struct WorkResults {
     std::vector<FinishedTile> tiles;
     std::optional<LiveNoise> noise;  ///< where something was added to it
     uint64_t noise_version = 0;
@@ -77,7 +76,7 @@ class Worker {
     Worker& operator=(const Worker&) = delete;
 
     void request(WorkRequest request);
-    WorkNews take();
+    WorkResults take();
 
   private:
     void run(const std::stop_token& stop);
@@ -91,7 +90,7 @@ class Worker {
     std::mutex mutex_;
     std::condition_variable_any changed_;
     std::optional<WorkRequest> newest_;  ///< not yet taken up
-    WorkNews news_;
+    WorkResults results_;
     bool is_working_ = false;
 
     // Of the thread alone

@@ -34,7 +34,7 @@ std::string_view format_of(std::string_view bytes) {
 
 /// Before OpenEXR opens a file that is one of its own.
 Result<void> check_exr_headers(std::string_view bytes) {
-    const std::string fault = fault_of_exr_headers(bytes, VELATURA_OPENEXR_VERSION);
+    const std::string fault = exr_header_error(bytes, VELATURA_OPENEXR_VERSION);
     if (!fault.empty()) return not_opened(fault);
     return {};
 }
@@ -78,7 +78,7 @@ Result<AssetImage> open_asset_image(const std::string& name, const OIIO::ImageSp
     const std::vector<std::string> parts = split_package_path(name);
     const bool is_regular = OIIO::Filesystem::is_regular(name);
     // A pipe would wait for its other end, a device may never end, and names of no file are a
-    // picture to some formats
+    // image to some formats
     if (parts.size() == 1 && !is_regular)
         return not_opened(fmt::format(
             "\"{}\" {}", name,

@@ -12,7 +12,7 @@
 
 namespace velatura::plugins::openimageio {
 
-/// An open picture, in a file or in a package ("pkg.usdz[tex/a.png]", read from the package's own
+/// An open image, in a file or in a package ("pkg.usdz[tex/a.png]", read from the package's own
 /// bytes).
 class AssetImage {
   public:
@@ -27,15 +27,15 @@ class AssetImage {
   private:
     friend Result<AssetImage> open_asset_image(const std::string&, const OIIO::ImageSpec*);
 
-    // Destroyed from the last to the first: the picture reads from the proxy, the proxy from the
+    // Destroyed from the last to the first: the image reads from the proxy, the proxy from the
     // bytes
     AssetBytesPtr bytes_;
     std::unique_ptr<OIIO::Filesystem::IOMemReader> proxy_;
     std::unique_ptr<OIIO::ImageInput> input_;
 };
 
-/// Opens a picture by the name of its asset. Errors: those of open_asset_bytes, "image-open" (not a
-/// regular file or no picture, or in a package and of a format that OpenImageIO cannot read from
+/// Opens an image by the name of its asset. Errors: those of open_asset_bytes, "image-open" (not a
+/// regular file or no image, or in a package and of a format that OpenImageIO cannot read from
 /// memory).
 Result<AssetImage> open_asset_image(const std::string& name,
                                     const OIIO::ImageSpec* configuration = nullptr);

@@ -37,11 +37,11 @@ InProcessSource& in_process_source() {
     return source;
 }
 
-std::atomic<PictureSource*> selected = nullptr;
+std::atomic<ImageSource*> selected = nullptr;
 
 }  // namespace
 
-PictureSource& select_picture_source(const DecodeLimits& limits) {
+ImageSource& select_image_source(const DecodeLimits& limits) {
     constexpr double clock_per_cpu = 10;  // for disks that are slow, and machines that are busy
     decoder_pool().limit({.cpu_seconds = limits.seconds,
                           .wall_seconds = clock_per_cpu * limits.seconds,
@@ -55,8 +55,8 @@ PictureSource& select_picture_source(const DecodeLimits& limits) {
     return in_process_source();
 }
 
-PictureSource& picture_source() {
-    PictureSource* const source = selected;
+ImageSource& image_source() {
+    ImageSource* const source = selected;
     return source != nullptr ? *source : decoder_pool();
 }
 

@@ -52,8 +52,8 @@ LevelSpec level_of(const OIIO::ImageSpec& spec) {
     return level;
 }
 
-PictureSpec said_by(const OIIO::ImageSpec& spec) {
-    PictureSpec said;
+SourceSpec said_by(const OIIO::ImageSpec& spec) {
+    SourceSpec said;
     said.color_space = spec.get_string_attribute("oiio:ColorSpace");
     said.wrap_modes = spec.get_string_attribute("wrapmodes");
     said.wrap_s = spec.get_string_attribute("wrapS");
@@ -70,25 +70,25 @@ OIIO::ImageSpec texture_configuration() {
     return config;
 }
 
-Result<AssetImage> open_image(const std::string& asset, PictureUse use) {
+Result<AssetImage> open_image(const std::string& asset, ImageUse use) {
     const OIIO::ImageSpec config = texture_configuration();
-    return open_asset_image(asset, use == PictureUse::Texture ? &config : nullptr);
+    return open_asset_image(asset, use == ImageUse::Texture ? &config : nullptr);
 }
 
 Error unread(const std::string& why) {
     return {"image-read", one_line(why)};
 }
 
-class FilePicture final : public SourcePicture {
+class FileImage final : public SourceImage {
   public:
-    FilePicture(std::string asset, PictureUse use, AssetImage image)
+    FileImage(std::string asset, ImageUse use, AssetImage image)
         : asset_(std::move(asset)), use_(use), image_(std::move(image)) {
         spec_ = said_by((*image_)->spec());
         spec_.levels.push_back(level_of((*image_)->spec()));
-        if (use_ == PictureUse::Texture) add_coarser_levels();
+        if (use_ == ImageUse::Texture) add_coarser_levels();
     }
 
-    const PictureSpec& spec() const override { return spec_; }
+    const SourceSpec& spec() const override { return spec_; }
 
     Result<void> read_lines(
         int level, int y, int y_end, int channels, std::span<float> values) override {
@@ -141,7 +141,7 @@ class FilePicture final : public SourcePicture {
   private:
     void add_coarser_levels() {
         OIIO::ImageInput& input = **image_;
-        while (spec_.levels.size() < PictureSpec::most_levels &&
+        while (spec_.levels.size() < SourceSpec::max_levels &&
                input.seek_subimage(0, int(spec_.levels.size())))
             spec_.levels.push_back(level_of(input.spec()));
         // Of the one that is not there
@@ -186,20 +186,20 @@ class FilePicture final : public SourcePicture {
     }
 
     std::string asset_;
-    PictureUse use_;
+    ImageUse use_;
     std::optional<AssetImage> image_;
-    PictureSpec spec_;
+    SourceSpec spec_;
     int level_ = 0;
     int next_line_ = std::numeric_limits<int>::min();  ///< no line before was read after it
 };
 
 }  // namespace
 
-Result<std::unique_ptr<SourcePicture>> FileSource::open(const std::string& asset, PictureUse use) {
+Result<std::unique_ptr<SourceImage>> FileSource::open(const std::string& asset, ImageUse use) {
     try {
         Result<AssetImage> image = open_image(asset, use);
         if (!image) return image.error();
-        return std::unique_ptr<SourcePicture>(new FilePicture(asset, use, std::move(*image)));
+        return std::unique_ptr<SourceImage>(new FileImage(asset, use, std::move(*image)));
     } catch (const std::bad_alloc&) {
         throw;
     } catch (const std::exception& e) {

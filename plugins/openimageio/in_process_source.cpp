@@ -2,7 +2,7 @@
 #include "plugins/openimageio/in_process_source.h"
 
 #include "base/limits.h"
-#include "base/lost_pages.h"
+#include "base/mapping_guard.h"
 #include "plugins/openimageio/sandbox/messages.h"
 
 #include <OpenImageIO/imageio.h>
@@ -44,12 +44,12 @@ void survive_lost_pages_as_the_program_does() {
     struct sigaction action {};
 
     if (::sigaction(SIGBUS, nullptr, &action) == 0 && (action.sa_flags & SA_SIGINFO) != 0)
-        read_lost_pages_as_zeros();
+        read_truncated_pages_as_zeros();
 }
 
 /// Whether zeros stand for some bytes of this file, or of the package that it is in.
 bool has_lost_pages(const std::string& asset) {
-    const std::vector<std::string> files = files_with_lost_pages();
+    const std::vector<std::string> files = truncated_files();
     return std::any_of(files.begin(), files.end(), [&](const std::string& file) {
         return asset == file || asset.starts_with(file + '[');
     });
@@ -62,9 +62,9 @@ bool has_memory_limit() {
 
 /// What decoder processes answer in the same case: their message on one line, or how they ended.
 /// Memory that the renderer's own limit refuses is no error of the image, unless the texture cache
-/// calls, which no exception must leave (MemoryLimit::Granted).
+/// calls, which no exception must leave (MemoryLimit::Exemption).
 template <class Decode>
-auto decode(const char* code, const std::string& asset, PictureUse use, const Decode& step)
+auto decode(const char* code, const std::string& asset, ImageUse use, const Decode& step)
     -> decltype(step()) {
     try {
         decltype(step()) done = step();
@@ -72,45 +72,45 @@ auto decode(const char* code, const std::string& asset, PictureUse use, const De
         if (!done) return Error{code, plain_reason(done.error().message)};
         return done;
     } catch (const std::bad_alloc&) {
-        if (use == PictureUse::Picture && has_memory_limit()) throw;
+        if (use == ImageUse::Image && has_memory_limit()) throw;
         return Error{code, "reading ran out of memory"};
     }
 }
 
-class InProcessPicture final : public SourcePicture {
+class InProcessImage final : public SourceImage {
   public:
-    InProcessPicture(std::string asset, PictureUse use, std::unique_ptr<SourcePicture> picture)
-        : asset_(std::move(asset)), use_(use), picture_(std::move(picture)) {}
+    InProcessImage(std::string asset, ImageUse use, std::unique_ptr<SourceImage> image)
+        : asset_(std::move(asset)), use_(use), image_(std::move(image)) {}
 
-    const PictureSpec& spec() const override { return picture_->spec(); }
+    const SourceSpec& spec() const override { return image_->spec(); }
 
     Result<void> read_lines(
         int level, int y, int y_end, int channels, std::span<float> values) override {
         return decode("image-read", asset_, use_,
-                      [&] { return picture_->read_lines(level, y, y_end, channels, values); });
+                      [&] { return image_->read_lines(level, y, y_end, channels, values); });
     }
 
     Result<void> read_tile(
         int level, int x, int y, int channels, std::span<float> values) override {
         return decode("image-read", asset_, use_,
-                      [&] { return picture_->read_tile(level, x, y, channels, values); });
+                      [&] { return image_->read_tile(level, x, y, channels, values); });
     }
 
   private:
     std::string asset_;
-    PictureUse use_;
-    std::unique_ptr<SourcePicture> picture_;
+    ImageUse use_;
+    std::unique_ptr<SourceImage> image_;
 };
 
 }  // namespace
 
-double decoder_bytes(const PictureSpec& spec) {
-    double most = 0;
-    for (const LevelSpec& level : spec.levels) most = std::max(most, level_bytes(level));
-    return most;
+double decoder_bytes(const SourceSpec& spec) {
+    double max = 0;
+    for (const LevelSpec& level : spec.levels) max = std::max(max, level_bytes(level));
+    return max;
 }
 
-InProcessSource::InProcessSource(PictureSource& decoder_processes)
+InProcessSource::InProcessSource(ImageSource& decoder_processes)
     : decoder_processes_(decoder_processes), limit_bytes_(DecodeLimits().bytes) {
     survive_lost_pages_as_the_program_does();
     OIIO::attribute("threads", 1);
@@ -118,15 +118,14 @@ InProcessSource::InProcessSource(PictureSource& decoder_processes)
     OIIO::attribute("exr_threads", 0);
 }
 
-Result<std::unique_ptr<SourcePicture>> InProcessSource::open(const std::string& asset,
-                                                             PictureUse use) {
-    if (asset.size() > most_name_bytes) return Error{"image-open", "its name is too long"};
-    Result<std::unique_ptr<SourcePicture>> opened =
+Result<std::unique_ptr<SourceImage>> InProcessSource::open(const std::string& asset, ImageUse use) {
+    if (asset.size() > max_name_bytes) return Error{"image-open", "its name is too long"};
+    Result<std::unique_ptr<SourceImage>> opened =
         decode("image-open", asset, use, [&] { return files_.open(asset, use); });
     if (!opened) return opened;
     if (decoder_bytes((*opened)->spec()) > double(limit_bytes_.load()))
         return decoder_processes_.open(asset, use);
-    return std::unique_ptr<SourcePicture>(new InProcessPicture(asset, use, std::move(*opened)));
+    return std::unique_ptr<SourceImage>(new InProcessImage(asset, use, std::move(*opened)));
 }
 
 }  // namespace velatura::plugins::openimageio

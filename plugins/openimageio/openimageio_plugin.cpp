@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "plugin/plugin_api.h"
-#include "plugins/openimageio/pictures.h"
+#include "plugins/openimageio/image_files.h"
 #include "plugins/openimageio/textures.h"
 
 namespace {
 
 using namespace velatura;
 
-const plugins::openimageio::Pictures pictures;
+const plugins::openimageio::Images images;
 const plugins::openimageio::TextureSystemFactory textures;
 const plugin::InterfaceEntry interfaces[] = {
-    {image::picture_interface, image::picture_interface_version,
-     static_cast<const image::PictureLibrary*>(&pictures)},
+    {image::image_interface, image::image_interface_version,
+     static_cast<const image::ImageLibrary*>(&images)},
     {shading::texture_interface, shading::texture_interface_version,
      static_cast<const shading::TextureSourceFactory*>(&textures)}};
 const plugin::PluginInfo info = {plugin::abi_version, "openimageio", interfaces, 2};

@@ -24,11 +24,9 @@ const std::array<float, 256>& srgb_table() {
 }
 
 bool has_sane_measures(const LevelSpec& level, bool is_tiled, int max_side) {
-    constexpr int most_offset = 1 << 30;
+    constexpr int max_offset = 1 << 30;
     const auto is_side = [max_side](int side) { return side >= 1 && side <= max_side; };
-    const auto is_offset = [](int offset) {
-        return offset >= -most_offset && offset <= most_offset;
-    };
+    const auto is_offset = [](int offset) { return offset >= -max_offset && offset <= max_offset; };
     const auto is_tile_side = [&](int side) {
         return is_tiled ? side >= 1 && side <= 2 * max_side : side == 0;
     };
@@ -46,23 +44,23 @@ float srgb_to_linear(float encoded) {
     return float(std::copysign(linear, double(encoded)));
 }
 
-Result<void> check_texture(const PictureSpec& spec, int max_side) {
+Result<void> check_texture(const SourceSpec& spec, int max_side) {
     const LevelSpec& finest = spec.levels.at(0);
-    const auto refuse = [](const std::string& why) { return Error{"image-open", why}; };
+    const auto reject = [](const std::string& why) { return Error{"image-open", why}; };
     if (finest.width < 1 || finest.height < 1 || finest.channels < 1 || finest.is_flat != 1)
-        return refuse("not a flat image with at least one pixel");
+        return reject("not a flat image with at least one pixel");
     if (finest.width > max_side || finest.height > max_side)
-        return refuse(fmt::format(
+        return reject(fmt::format(
             "found {} x {} pixels, expected at most {} along a side (--limit picture-side)",
             finest.width, finest.height, max_side));
     if (!has_sane_tiles(finest))
-        return refuse(
+        return reject(
             fmt::format("found tiles of {} x {} pixels, expected tiles no larger than the image",
                         finest.tile_width, finest.tile_height));
     const bool is_tiled = finest.tile_width > 0;
     for (const LevelSpec& level : spec.levels) {
         if (!has_sane_measures(level, is_tiled, max_side))
-            return refuse(
+            return reject(
                 fmt::format("one of its levels has no pixels, a window of more than {} along a "
                             "side, or other tiles than the first",
                             max_side));
@@ -70,11 +68,11 @@ Result<void> check_texture(const PictureSpec& spec, int max_side) {
     return {};
 }
 
-OIIO::ImageSpec TextureInput::configuration(PictureSource& source,
+OIIO::ImageSpec TextureInput::configuration(ImageSource& source,
                                             const std::string& file,
                                             bool is_srgb,
                                             int max_side) {
-    PictureSource* const pointer = &source;
+    ImageSource* const pointer = &source;
     OIIO::ImageSpec config;
     config.attribute("velatura:source", OIIO::TypeDesc::PTR, &pointer);
     config.attribute("velatura:file", file);
@@ -107,50 +105,50 @@ bool TextureInput::open(const std::string&, OIIO::ImageSpec& spec, const OIIO::I
         config.find_attribute("velatura:source", OIIO::TypeDesc::PTR);
     if (source == nullptr) return false;
     is_srgb_ = config.get_int_attribute("velatura:srgb") != 0;
-    Result<std::unique_ptr<SourcePicture>> opened =
-        (*static_cast<PictureSource* const*>(source->data()))
-            ->open(std::string(config.get_string_attribute("velatura:file")), PictureUse::Texture);
-    if (!opened) return refuse(opened.error());
+    Result<std::unique_ptr<SourceImage>> opened =
+        (*static_cast<ImageSource* const*>(source->data()))
+            ->open(std::string(config.get_string_attribute("velatura:file")), ImageUse::Texture);
+    if (!opened) return reject(opened.error());
     // What a file says now may not be what it said when it was examined
     const Result<void> checked =
         check_texture((*opened)->spec(), config.get_int_attribute("velatura:max_side"));
-    if (!checked) return refuse(checked.error());
-    picture_ = std::move(*opened);
+    if (!checked) return reject(checked.error());
+    image_ = std::move(*opened);
     adopt_level(0);
     spec = m_spec;
     return true;
 }
 
-bool TextureInput::refuse(const Error& error) {
+bool TextureInput::reject(const Error& error) {
     errorfmt("{}", error.message);
     return false;
 }
 
 bool TextureInput::close() {
     lock_guard lock(*this);
-    picture_.reset();
+    image_.reset();
     return true;
 }
 
 int TextureInput::current_subimage() const {
-    return picture_ ? 0 : -1;
+    return image_ ? 0 : -1;
 }
 
 int TextureInput::current_miplevel() const {
-    return picture_ ? level_ : -1;
+    return image_ ? level_ : -1;
 }
 
 bool TextureInput::seek_subimage(int subimage, int miplevel) {
     lock_guard lock(*this);
-    if (!picture_ || subimage != 0 || miplevel < 0 ||
-        size_t(miplevel) >= picture_->spec().levels.size())
+    if (!image_ || subimage != 0 || miplevel < 0 ||
+        size_t(miplevel) >= image_->spec().levels.size())
         return false;
     if (miplevel != level_) adopt_level(miplevel);
     return true;
 }
 
 void TextureInput::adopt_level(int index) {
-    const PictureSpec& file = picture_->spec();
+    const SourceSpec& file = image_->spec();
     const LevelSpec& level = file.levels[size_t(index)];
     level_ = index;
     // More than those of RGBA are not looked at
@@ -180,14 +178,14 @@ bool TextureInput::read_native_scanlines(
     lock_guard lock(*this);
     if (!seek_subimage(subimage, miplevel)) return false;
     const size_t width = size_t(m_spec.width), line = width * size_t(channels_);
-    const int most = int(std::max<size_t>(1, piece_bytes / (line * sizeof(float))));
+    const int max = int(std::max<size_t>(1, piece_bytes / (line * sizeof(float))));
     std::vector<float> texels;
     char* to = static_cast<char*>(data);
-    for (int y = ybegin; y < yend; y += most) {
-        const int end = std::min(yend, y + most);
+    for (int y = ybegin; y < yend; y += max) {
+        const int end = std::min(yend, y + max);
         texels.resize(size_t(end - y) * line);
-        const Result<void> done = picture_->read_lines(miplevel, y, end, channels_, texels);
-        if (!done) return refuse(done.error());
+        const Result<void> done = image_->read_lines(miplevel, y, end, channels_, texels);
+        if (!done) return reject(done.error());
         convert(texels, size_t(end - y) * width, to);
         to += size_t(end - y) * m_spec.scanline_bytes(true);
     }
@@ -199,8 +197,8 @@ bool TextureInput::read_native_tile(int subimage, int miplevel, int x, int y, in
     if (!seek_subimage(subimage, miplevel)) return false;
     const size_t count = size_t(m_spec.tile_width) * size_t(m_spec.tile_height);
     std::vector<float> texels(count * size_t(channels_));
-    const Result<void> done = picture_->read_tile(miplevel, x, y, channels_, texels);
-    if (!done) return refuse(done.error());
+    const Result<void> done = image_->read_tile(miplevel, x, y, channels_, texels);
+    if (!done) return reject(done.error());
     convert(texels, count, data);
     return true;
 }

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/result.h"
-#include "plugins/openimageio/sandbox/picture_source.h"
+#include "plugins/openimageio/sandbox/image_source.h"
 
 #include <OpenImageIO/imageio.h>
 
@@ -13,19 +13,19 @@
 namespace velatura::plugins::openimageio {
 
 /// Refuses what OpenImageIO's cache cannot count with, in tiles or all levels without: it ends the
-/// process then. No picture is more than `max_side` pixels wide or high. Errors: "image-open".
-Result<void> check_texture(const PictureSpec& spec, int max_side);
+/// process then. No image is more than `max_side` pixels wide or high. Errors: "image-open".
+Result<void> check_texture(const SourceSpec& spec, int max_side);
 
 /// An image file as the texture cache wants it: RGBA whatever the file has, sRGB decoded texel by
 /// texel before any filtering, NaN and infinity replaced by 0. Tiles and mip levels of the file's
-/// first picture are kept. It decodes nothing itself: values come from a PictureSource.
+/// first image are kept. It decodes nothing itself: values come from a ImageSource.
 class TextureInput final : public OIIO::ImageInput {
   public:
     /// For OIIO::ImageCache::add_file.
     static OIIO::ImageInput* create() { return new TextureInput; }
 
     /// What open() is to be given; the source must outlive the input.
-    static OIIO::ImageSpec configuration(PictureSource& source,
+    static OIIO::ImageSpec configuration(ImageSource& source,
                                          const std::string& file,
                                          bool is_srgb,
                                          int max_side);
@@ -50,13 +50,13 @@ class TextureInput final : public OIIO::ImageInput {
 
   private:
     /// Says why; returns false.
-    bool refuse(const Error& error);
+    bool reject(const Error& error);
     void adopt_level(int index);
     /// Widens `count` texels of `channels_` floats and stores them in the format of m_spec.
     void convert(std::span<const float> texels, size_t count, void* data) const;
     float decoded(float value) const;
 
-    std::unique_ptr<SourcePicture> picture_;
+    std::unique_ptr<SourceImage> image_;
     int level_ = 0;
     bool is_srgb_ = false;
     bool is_8_bit_ = false;

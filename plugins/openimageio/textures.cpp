@@ -27,7 +27,7 @@ struct FileFacts {
     std::string wrap_s, wrap_t;  // the specification's own metadata: black, clamp, repeat, mirror
 };
 
-bool is_srgb(const PictureSpec& spec, scene::SourceColorSpace space) {
+bool is_srgb(const SourceSpec& spec, scene::SourceColorSpace space) {
     if (space != scene::SourceColorSpace::Auto) return space == scene::SourceColorSpace::Srgb;
     // Readers report "sRGB" for every file that says nothing: only the opposite is information
     const std::string& said = spec.color_space;
@@ -44,13 +44,13 @@ size_t cached_bytes(const LevelSpec& level, bool is_srgb) {
     return size_t(level.width) * size_t(level.height) * texel / 3 * 4;
 }
 
-Result<FileFacts> examine(PictureSource& pictures,
+Result<FileFacts> examine(ImageSource& images,
                           const std::string& path,
                           scene::SourceColorSpace space,
                           int max_side) {
-    const Result<std::unique_ptr<SourcePicture>> opened = pictures.open(path, PictureUse::Texture);
+    const Result<std::unique_ptr<SourceImage>> opened = images.open(path, ImageUse::Texture);
     if (!opened) return Error{"image-open", one_line(opened.error().message)};
-    const PictureSpec& spec = (*opened)->spec();
+    const SourceSpec& spec = (*opened)->spec();
     if (const Result<void> checked = check_texture(spec, max_side); !checked)
         return checked.error();
     const bool decodes = is_srgb(spec, space);
@@ -127,8 +127,8 @@ class SystemFile final : public shading::TextureFile {
 
 class SystemSource final : public shading::TextureSource {
   public:
-    SystemSource(PictureSource& pictures, size_t memory_bytes)
-        : pictures_(pictures),
+    SystemSource(ImageSource& images, size_t memory_bytes)
+        : sources_(images),
           images_(OIIO::ImageCache::create(false)),
           system_(OIIO::TextureSystem::create(false, images_)) {
         set_memory(memory_bytes);
@@ -154,7 +154,7 @@ class SystemSource final : public shading::TextureSource {
                                                        scene::Wrap wrap_t,
                                                        int max_side) override {
         try {
-            const Result<FileFacts> facts = examine(pictures_, file, space, max_side);
+            const Result<FileFacts> facts = examine(sources_, file, space, max_side);
             if (!facts) return facts.error();
             return std::unique_ptr<shading::TextureFile>(
                 new SystemFile(*system_, handle(file, *facts, max_side),
@@ -189,14 +189,14 @@ class SystemSource final : public shading::TextureSource {
         if (is_new) {
             whole_bytes_ += facts.bytes;
             const OIIO::ImageSpec config =
-                TextureInput::configuration(pictures_, path, decode, max_side);
+                TextureInput::configuration(sources_, path, decode, max_side);
             images_->add_file(OIIO::ustring(name), TextureInput::create, &config);
             it->second = system_->get_texture_handle(OIIO::ustring(name));
         }
         return it->second;
     }
 
-    PictureSource& pictures_;
+    ImageSource& sources_;
     OIIO::ImageCache* images_;
     OIIO::TextureSystem* system_;
     size_t whole_bytes_ = 0;
@@ -209,7 +209,7 @@ Result<std::unique_ptr<shading::TextureSource>> TextureSystemFactory::make(
     size_t memory_bytes, const DecodeLimits& decoding) const {
     try {
         return std::unique_ptr<shading::TextureSource>(
-            new SystemSource(select_picture_source(decoding), memory_bytes));
+            new SystemSource(select_image_source(decoding), memory_bytes));
     } catch (const std::exception& e) {
         return Error{"textures", e.what()};
     }

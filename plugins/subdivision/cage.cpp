@@ -99,9 +99,9 @@ Sdc::Options options_of(const scene::SubdivisionRules& rules) {
 /// Levels down to which patches are those of uniform refinement; within the last one around an
 /// extraordinary vertex they are Gregory patches, off by less than 1/2000 of an edge. Deeper ones
 /// than 5 gain nothing: OpenSubdiv 3.5.0 then goes wrong by more than that between some creases.
-SurfaceFactory::Options surface_options(bool may_share_patches) {
+SurfaceFactory::Options surface_options(bool can_share_patches) {
     return SurfaceFactory::Options().SetApproxLevelSmooth(5).SetApproxLevelSharp(6).EnableCaching(
-        may_share_patches);
+        can_share_patches);
 }
 
 template <class T>
@@ -181,8 +181,8 @@ bool has_folded_face(const scene::Mesh& mesh) {
 
 /// Why these polygons cannot be given to OpenSubdiv; empty: they can.
 std::string fault_of(const scene::Mesh& mesh) {
-    constexpr size_t most = size_t(std::numeric_limits<int>::max());
-    if (mesh.face_vertex_indices.size() > most || mesh.points.size() > most)
+    constexpr size_t max = size_t(std::numeric_limits<int>::max());
+    if (mesh.face_vertex_indices.size() > max || mesh.points.size() > max)
         return "more corners or points than OpenSubdiv supports";
     const auto is_triangle = [](uint32_t count) { return count == 3; };
     if (mesh.subdivision == scene::SubdivisionScheme::Loop &&
@@ -228,10 +228,10 @@ bool is_misread(const Far::TopologyLevel& level) {
     return false;
 }
 
-/// Whether faces of the same neighbourhood may share their patches: where a face meets another
+/// Whether faces of the same neighborhood may share their patches: where a face meets another
 /// along two edges in a row, OpenSubdiv gives such patches to faces that they do not fit, and reads
 /// beyond its memory. Ref: its pull request 1353.
-bool may_share_patches(const Far::TopologyLevel& level) {
+bool can_share_patches(const Far::TopologyLevel& level) {
     for (int face = 0; face < level.GetNumFaces(); ++face)
         if (shares_two_edges(level, face)) return false;
     return true;
@@ -255,7 +255,7 @@ Result<Cage> make_cage(const scene::Mesh& mesh) {
                      "no limit surface: a crease at a face that shares two consecutive edges with "
                      "another, which needs OpenSubdiv 3.5.1"};
     cage.factory = std::make_unique<const SurfaceFactory>(
-        *cage.refiner, surface_options(may_share_patches(cage.refiner->GetLevel(0))));
+        *cage.refiner, surface_options(can_share_patches(cage.refiner->GetLevel(0))));
     return cage;
 }
 

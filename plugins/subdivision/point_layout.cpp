@@ -84,8 +84,8 @@ std::optional<PointLayout> lay_out(const Cage& cage,
         layout.first_interior[f + 1] += layout.first_interior[f];
         layout.first_triangle[f + 1] += layout.first_triangle[f];
     }
-    constexpr uint64_t most = uint64_t(std::numeric_limits<int>::max());
-    if (layout.point_count() > most || layout.triangle_count() > most) return std::nullopt;
+    constexpr uint64_t max = uint64_t(std::numeric_limits<int>::max());
+    if (layout.point_count() > max || layout.triangle_count() > max) return std::nullopt;
     const uint64_t edges_end = lay_out_edges(shared, rates, shared.wedge_count(), layout);
     const uint64_t surplus = layout.first_interior[0] - edges_end;
     for (uint64_t& first : layout.first_interior) first -= surplus;

@@ -98,9 +98,9 @@ class Reader {
 /// Whether no lookup can leave the grid.
 bool is_whole(const VoxelGrid& grid) {
     const scene::Vec3i& n = grid.node_count;
-    constexpr int most = 1 << 20;
+    constexpr int max = 1 << 20;
     if (grid.bricks.empty() || (grid.channels != 1 && grid.channels != 3)) return false;
-    if (n.x < 1 || n.y < 1 || n.z < 1 || n.x > most || n.y > most || n.z > most) return false;
+    if (n.x < 1 || n.y < 1 || n.z < 1 || n.x > max || n.y > max || n.z > max) return false;
     if (double(n.x) * double(n.y) * double(n.z) != double(grid.nodes.size())) return false;
     const auto is_brick = [&](uint32_t id) { return id < grid.bricks.size(); };
     const auto is_node = [&](uint32_t id) {

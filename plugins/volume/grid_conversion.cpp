@@ -19,10 +19,10 @@ using openvdb::CoordBBox;
 using scene::Vec3i;
 using scene::VoxelGrid;
 
-Error too_much(double bytes, size_t most_bytes) {
+Error too_much(double bytes, size_t max_bytes) {
     return {"volume-memory",
             fmt::format("the grid needs {:.1f} GB, {:.1f} GB are free; raise --volume-memory",
-                        bytes / 1e9, double(most_bytes) / 1e9)};
+                        bytes / 1e9, double(max_bytes) / 1e9)};
 }
 
 template <class Grid>
@@ -36,22 +36,22 @@ class Conversion {
           channels_(has_channels && options.is_color ? 3 : 1),
           is_level_set_(options.is_level_set) {}
 
-    Result<VoxelGrid> run(size_t most_bytes) {
+    Result<VoxelGrid> run(size_t max_bytes) {
         CoordBBox box;
         if (!grid_.tree().evalLeafBoundingBox(box)) return empty();
         // Leaves that are read later count as if they were
         const double leaves = double(grid_.tree().leafCount());
         constexpr double voxels = 512;
-        if (leaves * voxels * double(sizeof(Value)) > double(most_bytes))
-            return too_much(leaves * voxels * double(sizeof(Value)), most_bytes);
+        if (leaves * voxels * double(sizeof(Value)) > double(max_bytes))
+            return too_much(leaves * voxels * double(sizeof(Value)), max_bytes);
         if (!grid_.tree().evalActiveVoxelBoundingBox(box)) return empty();
         place(box);
         const double nodes = double(node_count_.x) * double(node_count_.y) * double(node_count_.z) *
                              double(sizeof(uint32_t));
-        if (nodes > double(most_bytes)) return too_much(nodes, most_bytes);
-        const double bricks = find_bricks(most_bytes / brick_bytes());
-        if (bricks * double(brick_bytes()) > double(most_bytes))
-            return too_much(bricks * double(brick_bytes()), most_bytes);
+        if (nodes > double(max_bytes)) return too_much(nodes, max_bytes);
+        const double bricks = find_bricks(max_bytes / brick_bytes());
+        if (bricks * double(brick_bytes()) > double(max_bytes))
+            return too_much(bricks * double(brick_bytes()), max_bytes);
         return fill(box);
     }
 
@@ -88,15 +88,15 @@ class Conversion {
                     bricks_.push_back((z * count_[1] + y) * count_[0] + x);
     }
 
-    /// Finds the bricks that are more than empty space, unless there are more than `most`. Returns:
-    /// how many there are at least.
-    double find_bricks(size_t most) {
+    /// Finds the bricks that are more than empty space, unless there are more than `max_value`.
+    /// Returns: how many there are at least.
+    double find_bricks(size_t max_value) {
         const auto fits = [&] {
-            // Neighbours name a brick up to 8 times
-            if (bricks_.size() <= most) return true;
+            // Neighbors name a brick up to 8 times
+            if (bricks_.size() <= max_value) return true;
             std::sort(bricks_.begin(), bricks_.end());
             bricks_.erase(std::unique(bricks_.begin(), bricks_.end()), bricks_.end());
-            return bricks_.size() <= most;
+            return bricks_.size() <= max_value;
         };
         for (auto leaf = grid_.tree().cbeginLeaf(); leaf; ++leaf) {
             add_box(leaf->origin(), leaf->origin().offsetBy(7));
@@ -107,7 +107,7 @@ class Conversion {
         for (; tile; ++tile) {
             const CoordBBox box = tile.getBoundingBox();
             const double edge = double(box.dim().x()) / 8 + 1;
-            if (edge * edge * edge > double(most)) return edge * edge * edge;
+            if (edge * edge * edge > double(max_value)) return edge * edge * edge;
             add_box(box.min(), box.max());
             if (!fits()) return double(bricks_.size());
         }
@@ -188,7 +188,7 @@ bool try_as(const openvdb::GridBase& grid,
             const ConversionOptions& options,
             Result<VoxelGrid>& out) {
     if (!grid.isType<Grid>()) return false;
-    out = Conversion<Grid>(static_cast<const Grid&>(grid), options).run(options.most_bytes);
+    out = Conversion<Grid>(static_cast<const Grid&>(grid), options).run(options.max_bytes);
     return true;
 }
 

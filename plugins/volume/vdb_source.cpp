@@ -77,7 +77,7 @@ Result<scene::VoxelGrid> read_grid(const media::GridRequest& request) {
     const Result<std::string> name = unique_name(file, request);
     if (!name) return name.error();
 
-    // Refuse by what is known without the voxels
+    // Reject by what is known without the voxels
     const openvdb::GridBase::ConstPtr head = file.readGridMetadata(*name);
     const bool is_stored_so = head->getGridClass() == openvdb::GRID_LEVEL_SET;
     if (is_stored_so && request.kind == scene::GridKind::Densities)
@@ -92,7 +92,7 @@ Result<scene::VoxelGrid> read_grid(const media::GridRequest& request) {
     allow_voxels(request);
     return convert(*grid, {.is_color = request.is_color,
                            .is_level_set = is_level_set,
-                           .most_bytes = request.most_bytes});
+                           .max_bytes = request.max_bytes});
 }
 
 Result<scene::VoxelGrid> read_or_say(const media::GridRequest& request) {
@@ -111,8 +111,8 @@ Result<scene::VoxelGrid> read_or_say(const media::GridRequest& request) {
 constexpr size_t spare_bytes = size_t(256) << 20;
 
 IsolationLimits limits_for(const media::GridRequest& request) {
-    constexpr size_t most = size_t(1) << 46;
-    const size_t grid = std::min(request.most_bytes, most);
+    constexpr size_t max = size_t(1) << 46;
+    const size_t grid = std::min(request.max_bytes, max);
     const size_t seconds = tree_seconds(request);
     return {.cpu_seconds = seconds,
             .wall_seconds = 10 * (2 * seconds + voxel_seconds),

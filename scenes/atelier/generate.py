@@ -132,7 +132,7 @@ def branches():
     for k in range(9):
         turn = 2 * math.pi * k / 9 + rng.uniform(-0.35, 0.35)
         reach, height = rng.uniform(11, 22), rng.uniform(11, 19)
-        if k in (0, 1):  # towards the picture's right edge of the vase: keep low, the canvas stands there
+        if k in (0, 1):  # towards the image's right edge of the vase: keep low, the canvas stands there
             reach, height = 14, 12
         path = []
         for i in range(15):
@@ -173,9 +173,9 @@ def leaf_instancer(placed):
         prototype + "}", ""])
 
 
-# ---- pictures ---------------------------------------------------------------------------------------------------
+# ---- images ---------------------------------------------------------------------------------------------------
 
-def picture(name, width, height, color):
+def write_image(name, width, height, color):
     """color(s, t) → scene-linear rgb; t = 0 is the bottom row, as texture coordinates count."""
     pixels = bytearray()
     for y in range(height):
@@ -189,7 +189,7 @@ def mix(a, b, t):
 
 
 def wood_color():
-    grain, fibre, tone = Fractal(3, 10, 3, 21), Noise(10, 300, 33), Noise(1, 5, 4)
+    grain, fiber, tone = Fractal(3, 10, 3, 21), Noise(10, 300, 33), Noise(1, 5, 4)
     planks = 5
 
     def color(s, t):
@@ -198,7 +198,7 @@ def wood_color():
         rings = grain.at(s + 0.37 * plank, t) * 9 + across * 2.2
         ring = abs((rings % 1.0) - 0.5) * 2
         c = mix((0.105, 0.042, 0.016), (0.30, 0.15, 0.065), 0.25 + 0.6 * ring)
-        c = mix(c, (0.05, 0.02, 0.01), 0.38 * fibre.at(s, t))
+        c = mix(c, (0.05, 0.02, 0.01), 0.38 * fiber.at(s, t))
         shade = 0.78 + 0.44 * tone.lattice[plank][0]
         gap = min(across, 1 - across)
         if gap < 0.012:
@@ -343,10 +343,10 @@ if __name__ == "__main__":
     out.mkdir(exist_ok=True)
     write_props()
     write_sky()
-    picture("wood.png", 900, 450, wood_color())
-    picture("plaster.png", 512, 320, plaster_color())
-    picture("linen.png", 480, 640, linen_color())
-    picture("painting.png", 440, 340, painting_color())
-    picture("cover.png", 300, 212, cover_color())
-    picture("pear.png", 256, 192, pear_color())
-    picture("apple.png", 256, 192, apple_color())
+    write_image("wood.png", 900, 450, wood_color())
+    write_image("plaster.png", 512, 320, plaster_color())
+    write_image("linen.png", 480, 640, linen_color())
+    write_image("painting.png", 440, 340, painting_color())
+    write_image("cover.png", 300, 212, cover_color())
+    write_image("pear.png", 256, 192, pear_color())
+    write_image("apple.png", 256, 192, apple_color())

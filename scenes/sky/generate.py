@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The sky of scenes/sky as a Radiance picture: Preetham's clear sky with a sun.
+"""The sky of scenes/sky as a Radiance image: Preetham's clear sky with a sun.
 
 Usage: generate.py FOLDER
 

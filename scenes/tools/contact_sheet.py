@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Recombines one render in several ways and puts the pictures side by side.
+"""Recombines one render in several ways and puts the images side by side.
 
 Usage: contact_sheet.py VELATURA_COMP LAYERS.exr OUTPUT_FOLDER LIGHT…
 
@@ -40,7 +40,7 @@ def cells(lights):
 
 
 def halved(path):
-    """A picture at half its size: (width, rows of bytes)."""
+    """An image at half its size: (width, rows of bytes)."""
     width, height, pixels = read_png(path)
     rows = []
     for y in range(0, height - 1, 2):
@@ -64,15 +64,15 @@ def caption_rows(text, width):
     return rows
 
 
-def sheet(pictures, path, columns=COLUMNS):
-    """pictures: [(caption, file)], all of one size."""
+def sheet(renders, path, columns=COLUMNS):
+    """images: [(caption, file)], all of one size."""
     with ProcessPoolExecutor(os.cpu_count()) as pool:
-        small = list(pool.map(halved, [file for _, file in pictures]))
+        small = list(pool.map(halved, [file for _, file in renders]))
     cell = small[0][0]
     total = GAP + columns * (cell + GAP)
     lines = [PAPER * total] * GAP
-    for first in range(0, len(pictures), columns):
-        group = list(zip(pictures, small))[first:first + columns]
+    for first in range(0, len(renders), columns):
+        group = list(zip(renders, small))[first:first + columns]
         blocks = [rows + [bytes(r) for r in caption_rows(caption, cell)] for (caption, _), (_, rows) in group]
         for line in zip(*blocks):
             text = PAPER * GAP + b"".join(part + PAPER * GAP for part in line)
@@ -84,14 +84,14 @@ def main():
     if len(sys.argv) < 5:
         sys.exit(__doc__.strip())
     comp, layers, folder, lights = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3]), sys.argv[4:]
-    pictures = []
+    renders = []
     for name, caption, arguments in cells(lights):
         file = folder / f"{name}.png"
         command = [comp, "mix", layers, "-o", str(file), *arguments]
         print("  " + " ".join(command), flush=True)
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-        pictures.append((caption, file))
-    sheet(pictures, folder / "contact_sheet.png")
+        renders.append((caption, file))
+    sheet(renders, folder / "contact_sheet.png")
 
 
 if __name__ == "__main__":

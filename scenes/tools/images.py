@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads and writes pictures with nothing but the standard library: PNG (8 bit) and Radiance .hdr."""
+"""Reads and writes images with nothing but the standard library: PNG (8 bit) and Radiance .hdr."""
 import math
 import struct
 import zlib
@@ -18,7 +18,7 @@ def write_png(path, width, height, pixels):
 
 
 def read_png(path):
-    """Returns (width, height, pixels) of an 8- or 16-bit grey, RGB or RGBA PNG without interlace; 3 bytes per pixel."""
+    """Returns (width, height, pixels) of an 8- or 16-bit gray, RGB or RGBA PNG without interlace; 3 bytes per pixel."""
     with open(path, "rb") as file:
         data = file.read()
     if data[:8] != b"\x89PNG\r\n\x1a\n":

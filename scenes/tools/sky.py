@@ -51,7 +51,7 @@ class Sky:
 
 
 def lat_long_direction(x, y, width, height):
-    """Direction of a pixel's centre: top row up (+y), centre column +z, left of it +x (OpenEXR's latitude-longitude map)."""
+    """Direction of a pixel's center: top row up (+y), center column +z, left of it +x (OpenEXR's latitude-longitude map)."""
     latitude = math.pi * (0.5 - (y + 0.5) / height)
     longitude = 2 * math.pi * (0.5 - (x + 0.5) / width)
     return (math.cos(latitude) * math.sin(longitude), math.sin(latitude), math.cos(latitude) * math.cos(longitude))

@@ -75,7 +75,7 @@ inline Vec4 upper_of(const BuildPrim& p) {
     return v;
 }
 
-/// Twice the centre of the box.
+/// Twice the center of the box.
 inline float centroid(const BuildPrim& p, int axis) {
     return p.lower[axis] + p.upper[axis];
 }

@@ -60,7 +60,7 @@ class Triangles final : public TriangleSource {
 // Of what is_divisible compares. Right triangles in planes of two axes reach 0.5; such floors and
 // walls are best met near the root, whole.
 constexpr double well_fitting = 0.45;
-constexpr size_t least_spare = 4096;  // so that small scenes can be divided, too
+constexpr size_t min_spare = 4096;  // so that small scenes can be divided, too
 
 class TriangleTreeBuilder {
   public:
@@ -90,12 +90,12 @@ class TriangleTreeBuilder {
   private:
     // With room for what spatial splits may add.
     BuildPrims collect() const {
-        const size_t most = numbers_.count();
+        const size_t max = numbers_.count();
         const size_t spare = options_.spare_references > 0
-                                 ? std::max(size_t(options_.spare_references * double(most)),
-                                            std::min(least_spare, 8 * most))
+                                 ? std::max(size_t(options_.spare_references * double(max)),
+                                            std::min(min_spare, 8 * max))
                                  : 0;
-        BuildPrims prims(most + spare);
+        BuildPrims prims(max + spare);
         for (size_t s = 0; s < shapes_.size(); ++s) {
             if (shapes_[s].segments() > 0) continue;
             for (size_t i = 0; i < shapes_[s].triangles.size(); ++i) {
@@ -121,8 +121,8 @@ class TriangleTreeBuilder {
     static bool is_divisible(const Corners& c, const BuildPrim& box) {
         const Vec3d a(c.p[0]), ab = Vec3d(c.p[1]) - a, ac = Vec3d(c.p[2]) - a;
         const Vec3d normal = ab.cross(ac);
-        const double least = std::abs(normal.x) + std::abs(normal.y) + std::abs(normal.z);
-        return least < well_fitting * 2 * half_area(box.lower, box.upper);
+        const double min = std::abs(normal.x) + std::abs(normal.y) + std::abs(normal.z);
+        return min < well_fitting * 2 * half_area(box.lower, box.upper);
     }
 
     // Keeps the smallest id of triangles with the same corners in the same order.
@@ -254,7 +254,7 @@ bool has_motion(const std::vector<TriangleSoupView>& shapes) {
 
 // How finely prototypes are outlined to place them: more boxes fit closer, and are mapped for
 // every instance.
-constexpr size_t most_outline_boxes = 64, most_placed_boxes = size_t(1) << 24;
+constexpr size_t max_outline_boxes = 64, max_placed_boxes = size_t(1) << 24;
 
 class Bvh final : public Accelerator {
   public:
@@ -417,16 +417,16 @@ class Bvh final : public Accelerator {
     }
 
     std::vector<Outline> outlines(size_t instances) const {
-        const size_t most = std::clamp(most_placed_boxes / std::max(instances, size_t(1)),
-                                       size_t(1), most_outline_boxes);
+        const size_t max = std::clamp(max_placed_boxes / std::max(instances, size_t(1)), size_t(1),
+                                      max_outline_boxes);
         std::vector<Outline> all(trees_.prototypes.size());
         for (size_t i = 0; i < all.size(); ++i) {
-            all[i].boxes = outline(trees_.prototypes[i], most);
+            all[i].boxes = outline(trees_.prototypes[i], max);
             if (!trees_.prototype_motion.empty() && !trees_.prototype_motion[i].is_empty())
                 all[i].boxes.push_back(box_of_motion(trees_.prototype_motion[i]));
             if (trees_.prototype_primitives.empty()) continue;
             const PrimitiveTree& primitives = trees_.prototype_primitives[i];
-            const std::vector<Box3> more = outline(primitives.tree, most);
+            const std::vector<Box3> more = outline(primitives.tree, max);
             all[i].boxes.insert(all[i].boxes.end(), more.begin(), more.end());
             all[i].condition = std::max(1.0, primitives.origin_slack / origin_slack(1));
         }

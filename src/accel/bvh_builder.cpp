@@ -18,9 +18,9 @@ namespace {
 
 constexpr size_t parallel_split_count = 4096;  // smaller subtrees stay on one thread
 constexpr size_t small_count = 8;              // nodes whose references lie side by side
-constexpr size_t least_spatial_count = 128;    // fewer references are not divided
-constexpr double least_gain = 0.99;            // costs of a spatial and of an object split
-constexpr double least_promise = 0.95;         // costs that make such a try worthwhile
+constexpr size_t min_spatial_count = 128;      // fewer references are not divided
+constexpr double min_gain = 0.99;              // costs of a spatial and of an object split
+constexpr double min_promise = 0.95;           // costs that make such a try worthwhile
 constexpr size_t sample_count = 64;            // references that say whether to try it on all
 constexpr int last_backoff = 16;               // see BvhOptions::backoff
 constexpr uint32_t node_block = 64;            // nodes that a thread takes at a time
@@ -71,12 +71,12 @@ class Builder {
         : options_(options), prims_(prims.memory.data()) {
         if (prims.count == 0) return;
         // Each parallel node leaves less than a block; halving adds at most 32 levels
-        const size_t most_parallel = prims.memory.capacity() / parallel_split_count *
-                                     (size_t(std::max(options.max_depth, 0)) + 32);
-        const size_t most_nodes = 2 * prims.memory.capacity() + (most_parallel + 2) * node_block;
-        VELATURA_CHECK(most_nodes < leaf_bit, "more references in one tree than node numbers");
+        const size_t max_parallel = prims.memory.capacity() / parallel_split_count *
+                                    (size_t(std::max(options.max_depth, 0)) + 32);
+        const size_t max_nodes = 2 * prims.memory.capacity() + (max_parallel + 2) * node_block;
+        VELATURA_CHECK(max_nodes < leaf_bit, "more references in one tree than node numbers");
         // Most of this memory is never touched unless it is used
-        tree_.nodes = Buffer<BinaryNode>(most_nodes);
+        tree_.nodes = Buffer<BinaryNode>(max_nodes);
         tree_.order = Buffer<uint32_t>(prims.memory.capacity());
         Range range;
         range.end = prims.count;
@@ -137,7 +137,7 @@ class Builder {
     }
 
     static bool can_divide(const Range& range) {
-        return range.room_end > range.end && range.count() >= least_spatial_count &&
+        return range.room_end > range.end && range.count() >= min_spatial_count &&
                range.count() <= range.worth_dividing;
     }
 
@@ -153,7 +153,7 @@ class Builder {
         const float middle = 0.5f * (both.lower[split.axis] + both.upper[split.axis]);
         left.upper[split.axis] = right.lower[split.axis] = middle;
         return cost(left, split.left_count, right, split.right_count) <
-               least_promise * cost(split.left, split.left_count, split.right, split.right_count);
+               min_promise * cost(split.left, split.left_count, split.right, split.right_count);
     }
 
     // What few of many references say about dividing space; they say it in a fraction of the time.
@@ -173,7 +173,7 @@ class Builder {
         if (left_count == 0 || left_count == sample_count) return true;
         const double object_cost = cost(left, left_count, right, sample_count - left_count);
         return find_spatial_split(sample, range.bounds.box, *options_.source).cost <
-               least_gain * object_cost;
+               min_gain * object_cost;
     }
 
     // Moves to `halves`; false when no plane of space is better than the object split.
@@ -183,7 +183,7 @@ class Builder {
             find_spatial_split(references(range), range.bounds.box, *options_.source);
         const double object_cost =
             cost(object.left, object.left_count, object.right, object.right_count);
-        if (split.axis < 0 || split.cost >= least_gain * object_cost) return false;
+        if (split.axis < 0 || split.cost >= min_gain * object_cost) return false;
         const SpatialSides sides = divide({prims_ + range.begin, range.room_end - range.begin},
                                           range.count(), split, *options_.source);
         Range divided = range;
@@ -205,7 +205,7 @@ class Builder {
         const size_t room = right.room_end - right.end;
         if (room == 0) return;
         const auto weight = [](const Range& range) {
-            return range.count() < least_spatial_count
+            return range.count() < min_spatial_count
                        ? 0.0
                        : range.bounds.box.half_area() * double(range.count());
         };

@@ -173,7 +173,7 @@ class Collapser {
 
     void emit(uint32_t at, const Children& children, size_t depth) {
         tree_.depth = std::max(tree_.depth, depth);
-        // Inner children get neighbouring places
+        // Inner children get neighboring places
         auto next = uint32_t(tree_.nodes.size());
         WideNode& node = tree_.nodes[at];
         constexpr float inf = std::numeric_limits<float>::infinity();

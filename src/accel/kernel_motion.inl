@@ -45,7 +45,7 @@ struct SegmentTree {
         return *reinterpret_cast<const MovingNode*>(base[0] + ref * sizeof(MovingNode));
     }
 
-    // Two neighbouring keys.
+    // Two neighboring keys.
     HWY_INLINE const LeafBlock* leaf(uint32_t block) const {
         return reinterpret_cast<const LeafBlock*>(base[1] + block * stride[1]);
     }

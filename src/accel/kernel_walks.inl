@@ -249,7 +249,7 @@ bool any_in_primitives(const PrimitiveTree& set,
     });
 }
 
-// The ray in prototype space, in double; d is not normalised, so t keeps its meaning.
+// The ray in prototype space, in double; d is not normalized, so t keeps its meaning.
 HWY_INLINE bool enter_instance(const SceneTrees& trees,
                                const InstanceRecord& record,
                                const geometry::Ray& ray,

@@ -187,10 +187,10 @@ template <class Origin, class Direction>
     const Double4 margin = slack.origin * 2.0 * reach + o_size * 0x1p-22 + 0x1p-148;
     const Double4 outward = with_signs(margin, e);
     // A finite bound instead of infinity keeps 0·inf out; distances are far smaller than 1e38
-    const Double4 steepness = 1.0 / absolute(e), most = Double4{} + 1e38;
+    const Double4 steepness = 1.0 / absolute(e), max = Double4{} + 1e38;
     set_slabs(q, __builtin_convertvector(origin + outward, Float4),
               __builtin_convertvector(origin - outward, Float4),
-              __builtin_convertvector(with_signs(steepness < most ? steepness : most, e), Float4),
+              __builtin_convertvector(with_signs(steepness < max ? steepness : max, e), Float4),
               slack.inverse);
     const Float4 rounded = __builtin_convertvector(origin, Float4);
     const double rounding = largest(absolute(__builtin_convertvector(rounded, Double4) - origin));

@@ -93,10 +93,10 @@ class MotionBuilder {
     // With the boxes of triangles when the shutter is half through, or in the middle of the first
     // segment that they are there in.
     BuildPrims collect(Box3& bounds) const {
-        size_t most = 0;
+        size_t max = 0;
         for (const TriangleSoupView& shape : shapes_)
-            most += shape.segments() == segments_ ? shape.triangles.size() : 0;
-        BuildPrims prims(most);
+            max += shape.segments() == segments_ ? shape.triangles.size() : 0;
+        BuildPrims prims(max);
         for (size_t s = 0; s < shapes_.size(); ++s) {
             if (shapes_[s].segments() != segments_) continue;
             for (size_t i = 0; i < shapes_[s].triangles.size(); ++i) {

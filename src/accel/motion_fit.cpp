@@ -85,8 +85,8 @@ struct Areas {
 // once.
 float lower_bound(double a, double b, double change, double largest, const Slab& slab) {
     const double rest = b - a - change;
-    const double least = a + std::min(slab.begin * rest, slab.end * rest);
-    return next_float_down(float(least - 10 * 0x1p-24 * largest - 0x1p-140));
+    const double min = a + std::min(slab.begin * rest, slab.end * rest);
+    return next_float_down(float(min - 10 * 0x1p-24 * largest - 0x1p-140));
 }
 
 void set_boxes(MovingNode& node, const NodeFit& fit, const Slab& slab) {

@@ -58,7 +58,7 @@ HWY_INLINE void unpack(const Vec8& v, Bounds4& box) {
     box.upper = high_half(v);
 }
 
-// Twice the centre.
+// Twice the center.
 HWY_INLINE Vec4 centroids(const Vec8& v) {
     return high_half(v) - low_half(v);
 }
@@ -161,10 +161,10 @@ struct Sweep {
             best_bin = sum < best ? Int4{} + i : best_bin;
             best = sum < best ? sum : best;
         }
-        float least = inf;
+        float min = inf;
         for (int axis = 0; axis < 3; ++axis) {
-            if (map.scale[axis] == 0.0f || !(best[axis] < least)) continue;
-            least = best[axis];
+            if (map.scale[axis] == 0.0f || !(best[axis] < min)) continue;
+            min = best[axis];
             split.axis = axis;
         }
         if (split.axis >= 0) describe(bins, map, best_bin[split.axis], split);

@@ -37,7 +37,7 @@ bool invert(const Mat4& m, InstanceRecord& record) {
 
 }  // namespace
 
-std::vector<Box3> outline(const WideTree& tree, size_t most) {
+std::vector<Box3> outline(const WideTree& tree, size_t max_value) {
     if (tree.is_empty()) return {};
 
     struct Part {
@@ -53,7 +53,7 @@ std::vector<Box3> outline(const WideTree& tree, size_t most) {
         std::pop_heap(open.begin(), open.end(), is_smaller);
         const Part part = open.back();
         open.pop_back();
-        if ((part.ref & leaf_bit) != 0 || boxes.size() + open.size() >= most) {
+        if ((part.ref & leaf_bit) != 0 || boxes.size() + open.size() >= max_value) {
             boxes.push_back(part.box);
             continue;
         }
@@ -93,14 +93,14 @@ double map_boxes(const Mat4& m, std::span<const Box3> boxes, Vec3d& low, Vec3d& 
         const Vec3d size(std::abs(column.x), std::abs(column.y), std::abs(column.z));
         double lower = std::numeric_limits<double>::max(), upper = -lower, magnitude = 0;
         for (const Box3& box : boxes) {
-            const Vec3d min(box.min), max(box.max), centre = (min + max) * 0.5,
+            const Vec3d min(box.min), max(box.max), center = (min + max) * 0.5,
                                                     half = (max - min) * 0.5;
-            const double middle = centre.dot(column), reach = half.dot(size);
+            const double middle = center.dot(column), reach = half.dot(size);
             lower = std::min(lower, middle - reach);
             upper = std::max(upper, middle + reach);
             magnitude =
-                std::max(magnitude, std::abs(centre.x * column.x) + std::abs(centre.y * column.y) +
-                                        std::abs(centre.z * column.z) + reach);
+                std::max(magnitude, std::abs(center.x * column.x) + std::abs(center.y * column.y) +
+                                        std::abs(center.z * column.z) + reach);
         }
         low[k] = lower + double(m[3][k]);
         high[k] = upper + double(m[3][k]);
@@ -143,8 +143,8 @@ bool place_keys(std::span<const Mat4> keys,
         // Entries between two keys are rounded to floats, by what they are at either, which outdoes
         // the error of the way back
         const size_t first = k == 0 ? 0 : k - 1, last = std::min(k + 1, keys.size() - 1);
-        const double most = std::max({largest[first], largest[k], largest[last]});
-        if (!grow(0x1p-20 * most, placed[k].min, placed[k].max)) return false;
+        const double max_value = std::max({largest[first], largest[k], largest[last]});
+        if (!grow(0x1p-20 * max_value, placed[k].min, placed[k].max)) return false;
     }
     return true;
 }

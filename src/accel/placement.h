@@ -9,10 +9,10 @@
 
 namespace velatura::accel {
 
-/// Boxes that together hold what the tree holds: its nodes down to `most` of them or seven more,
+/// Boxes that together hold what the tree holds: its nodes down to `max` of them or seven more,
 /// the largest opened first. Placed one by one they fit closer around a turned prototype than its
 /// one box does. Empty for an empty tree.
-std::vector<Box3> outline(const WideTree& tree, size_t most);
+std::vector<Box3> outline(const WideTree& tree, size_t max);
 
 /// An instance and the box of its placed prototype.
 struct PlacedBox {
@@ -41,7 +41,7 @@ bool place_keys(std::span<const Mat4> keys,
 /// when it is not there at that time.
 bool place_at_time(std::span<const Mat4> keys, float time, InstanceRecord& record);
 
-/// The ray in the space of the instance's prototype; d is not normalised, so t keeps its meaning.
+/// The ray in the space of the instance's prototype; d is not normalized, so t keeps its meaning.
 void enter(const InstanceRecord& instance, const geometry::Ray& ray, Vec3d& o, Vec3d& d);
 
 /// The box in floats, outside of the one in double. False: empty, not finite or too large, and what

@@ -148,7 +148,7 @@ bool is_usable(const Vec3& p);
 /// is not usable. Else it is, at each time, the triangle of its corners where geometry::moved
 /// (geometry/motion.h) puts them, in floats, and not there at times at which that is degenerate.
 /// Rays are made ready for all of these together, by the box of the corners at the keys of all
-/// segments that they are there in. Since neighbours share what the vertices that they share
+/// segments that they are there in. Since neighbors share what the vertices that they share
 /// become, nothing slips through between them at any time.
 bool is_degenerate(const Vec3& a, const Vec3& b, const Vec3& c);
 

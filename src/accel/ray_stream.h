@@ -13,7 +13,7 @@ namespace velatura::accel {
 /// Traces rays of one kind (from the camera, after the first bounce, towards lights …) through an
 /// accelerator, each by itself or many side by side, whichever is faster in this scene on this
 /// machine: parts of some early batches take turns and are timed. Coherent rays and small scenes
-/// favour one by one, incoherent rays in large scenes side by side. What is hit does not depend on
+/// favor one by one, incoherent rays in large scenes side by side. What is hit does not depend on
 /// it.
 ///
 /// One for each kind and thread; the accelerator must outlive it.

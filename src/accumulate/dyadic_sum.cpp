@@ -61,7 +61,7 @@ void SparseDyadicSum::finish(uint64_t first,
     sums.assign(nodes.size(), Triple{});
     if (entries_.empty()) return;
     size_t node = nodes.size() - 1;
-    // From the last sample down: inside one node the right neighbour joins first
+    // From the last sample down: inside one node the right neighbor joins first
     Triple value = entries_.back().value;
     uint64_t sample = entries_.back().sample;
     while (nodes[node].begin > sample) --node;
@@ -106,7 +106,7 @@ size_t DenseDyadicSums::add_column() {
 
 void DenseDyadicSums::next_sample() {
     nodes_.push_back({sample_++, 1});
-    // Join siblings: neighbours of one size, the left one where a node twice as large begins
+    // Join siblings: neighbors of one size, the left one where a node twice as large begins
     while (nodes_.size() >= 2) {
         Node& left = nodes_[nodes_.size() - 2];
         if (left.size != nodes_.back().size || (left.begin & left.size) != 0) break;

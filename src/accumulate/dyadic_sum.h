@@ -8,7 +8,7 @@
 
 namespace velatura::accumulate {
 
-/// Three doubles that are summed together: a colour, a vector or three counters.
+/// Three doubles that are summed together: a color, a vector or three counters.
 struct Triple {
     double x = 0, y = 0, z = 0;
 

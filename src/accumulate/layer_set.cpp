@@ -17,8 +17,8 @@ namespace velatura::accumulate {
 
 namespace {
 
-constexpr uint64_t most_accumulators = uint64_t(1)
-                                       << 28;  // times two for clamps, and for halves, below 2^32
+constexpr uint64_t max_accumulators = uint64_t(1)
+                                      << 28;  // times two for clamps, and for halves, below 2^32
 constexpr uint64_t other_accumulators_per_group = 3;  // all of it, direct, unoccluded
 
 }  // namespace
@@ -27,7 +27,7 @@ std::string LayerSet::column_name(int column) const {
     return column > last_bounce ? std::string("tail") : fmt::format("b{}", column);
 }
 
-void LayerSet::normalise_names() {
+void LayerSet::normalize_names() {
     const size_t longest = caster_layers ? max_group_name_bytes_beside_casters
                            : has_clamp() ? max_group_name_bytes_beside_clamps
                                          : max_group_name_bytes;
@@ -142,7 +142,7 @@ Result<LayerSet> LayerSet::from_json(const std::string& text) {
         // Every accumulator must have a number
         const uint64_t per_group =
             uint64_t(set.bounce_count()) + set.casters.size() + other_accumulators_per_group;
-        if (set.groups.size() * per_group > most_accumulators) return error;
+        if (set.groups.size() * per_group > max_accumulators) return error;
         return set;
     } catch (const nlohmann::json::exception&) {
         return error;

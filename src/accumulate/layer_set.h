@@ -15,7 +15,7 @@ namespace velatura::accumulate {
 
 /// One row of the bounce × group matrix.
 struct LightGroup {
-    std::string name;  ///< as artists see it; `LayerSet::normalise_names` makes it legal and unique
+    std::string name;  ///< as artists see it; `LayerSet::normalize_names` makes it legal and unique
     std::vector<std::string> prims;  ///< USD paths of the lights in it
     bool is_dome = false;            ///< part of the alias `env`
     std::string label = {};          ///< what the scene calls it; empty: `name`
@@ -25,7 +25,7 @@ struct LightGroup {
 
 /// Something that casts shadows, see LayerSet::caster_layers.
 struct ShadowCaster {
-    std::string name;  ///< `LayerSet::normalise_names` makes it legal and unique
+    std::string name;  ///< `LayerSet::normalize_names` makes it legal and unique
     std::string prim;  ///< USD path; empty where the scene gives it a name
 
     bool operator==(const ShadowCaster&) const = default;
@@ -112,7 +112,7 @@ struct LayerSet {
     /// Makes every name of a group or caster legal in EXR channel names with all prefixes and
     /// suffixes ([A-Za-z0-9_], not numeric, not a reserved word of the mixer) and unique. Groups
     /// have at most 21 bytes, less with clamps or casters. Call once before making a film.
-    void normalise_names();
+    void normalize_names();
 
     std::string to_json() const;
     /// Errors: "layer-set-json".

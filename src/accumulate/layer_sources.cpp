@@ -37,7 +37,7 @@ std::vector<LayerSource> matrix_sources(const LayerSet& set, const AccumulatorTa
             s.entry.name = s.entry.bounce + "_" + s.entry.group;
             s.entry.lpe = group_lpe(column_events(set, c), set, g);
             s.plus = {table.matrix(c, g)};
-            s.may_be_left_out = true;
+            s.can_be_omitted = true;
             s.is_clamped = set.has_clamp();
             list.push_back(std::move(s));
         }
@@ -98,7 +98,7 @@ std::vector<LayerSource> caster_sources(const LayerSet& set, const AccumulatorTa
         s.entry.bounce = "b1";
         s.entry.name = "S_" + s.entry.group + "_" + s.entry.caster;
         s.entry.lpe = group_lpe("shadow;C.", set, g);
-        s.may_be_left_out = true;
+        s.can_be_omitted = true;
         list.push_back(std::move(s));
     }
     return list;
@@ -116,7 +116,7 @@ std::vector<LayerSource> shadow_sources(const LayerSet& set,
         s.entry.lpe = group_lpe(unoccluded ? "unoccluded;C." : "shadow;C.", set, g);
         s.plus = {table.unoccluded(g)};
         if (!unoccluded) s.minus = {direct(table, g)};
-        s.may_be_left_out = true;
+        s.can_be_omitted = true;
         list.push_back(std::move(s));
     }
     return list;
@@ -145,7 +145,7 @@ std::vector<LayerSource> path_sources(const LayerSet& set,
         if (layer.light == Light::Shadow) s.minus = {table.path(i)};
         s.is_clamped = layer.light == Light::Arriving && set.has_clamp();
         // What somebody asked for by name is there, black or not
-        s.may_be_left_out = family == "lobes";
+        s.can_be_omitted = family == "lobes";
         list.push_back(std::move(s));
     }
     return list;

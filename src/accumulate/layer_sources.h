@@ -14,9 +14,9 @@ namespace velatura::accumulate {
 struct LayerSource {
     LayerEntry entry;  ///< without family, part and type
     std::vector<uint32_t> plus, minus;
-    bool is_clamped = false;       ///< without what clamps took of `plus`
-    bool is_rest = false;          ///< of what came first: drops what is only rounding
-    bool may_be_left_out = false;  ///< not stored when zero everywhere
+    bool is_clamped = false;      ///< without what clamps took of `plus`
+    bool is_rest = false;         ///< of what came first: drops what is only rounding
+    bool can_be_omitted = false;  ///< not stored when zero everywhere
 };
 
 /// b<k>_<group>, tail_<group>.

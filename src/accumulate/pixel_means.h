@@ -35,7 +35,7 @@ std::vector<float> resolve_rgba(const SampleSums& sums);
 /// Share of all light that clamps took; 0 without any.
 double clamped_share(const SampleSums& sums);
 
-/// Pixels are dealt to so many sets, neighbours to different ones: these see the same picture and
+/// Pixels are dealt to so many sets, neighbors to different ones: these see the same image and
 /// differ by its noise.
 inline constexpr size_t interleaved_sets = 16;
 

@@ -35,7 +35,7 @@ class Slot {
         if (all_) return (*all_)[pixel];
         const auto at = few_.begin() + (place_of(pixel) - few_.cbegin());
         if (at != few_.end() && at->pixel == pixel) return at->value;
-        if (few_.size() < most_few) return few_.insert(at, {Triple{}, uint32_t(pixel)})->value;
+        if (few_.size() < max_few) return few_.insert(at, {Triple{}, uint32_t(pixel)})->value;
         all_ = std::make_unique<TileTotals>();
         for (const Entry& e : few_) (*all_)[e.pixel] = e.value;
         few_ = {};
@@ -60,7 +60,7 @@ class Slot {
         uint32_t pixel;
     };
 
-    static constexpr size_t most_few = tile_pixels / 4;
+    static constexpr size_t max_few = tile_pixels / 4;
 
     std::vector<Entry>::const_iterator place_of(size_t pixel) const {
         if (few_.empty() || few_.back().pixel < pixel) return few_.end();
@@ -150,7 +150,7 @@ struct SampleSums::Tile {
     }
 
   private:
-    /// The accumulator's, or the empty one where it would go. Neighbours are filled together: no
+    /// The accumulator's, or the empty one where it would go. Neighbors are filled together: no
     /// need to scatter them.
     size_t bucket_of(uint32_t accumulator) const {
         const size_t mask = buckets_.size() - 1;

@@ -4,7 +4,7 @@
 #include "app/exit_codes.h"
 #include "app/progress.h"
 #include "statistics/block_errors.h"
-#include "statistics/picture_change.h"
+#include "statistics/image_change.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -46,34 +46,34 @@ const char* state_name(ErrorForecast::Kind kind) {
 
 }  // namespace
 
-std::optional<PictureError> picture_error(const RenderJob& job, const film::Film& film) {
-    return picture_error(job, film, film.noise(), {});
+std::optional<ImageError> image_error(const RenderJob& job, const film::Film& film) {
+    return image_error(job, film, film.noise(), {});
 }
 
-std::optional<PictureError> picture_error(const RenderJob& job,
-                                          const film::Film& film,
-                                          const film::NoiseEstimate& noise,
-                                          const statistics::ErrorCurve& curve) {
+std::optional<ImageError> image_error(const RenderJob& job,
+                                      const film::Film& film,
+                                      const film::NoiseEstimate& noise,
+                                      const statistics::ErrorCurve& curve) {
     // What velatura-comp noise says of the file
     if (job.settings.schedule.has_independent_halves && noise.is_known)
-        return PictureError{.error = noise.error,
-                            .is_lower = noise.error.is_lower || curve.is_lower()};
+        return ImageError{.error = noise.error,
+                          .is_lower = noise.error.is_lower || curve.is_lower()};
     if (!curve.is_empty())
-        return PictureError{curve.error_at(noise.samples_mean),
-                            job.settings.schedule.has_dependent_changes, curve.is_lower()};
+        return ImageError{curve.error_at(noise.samples_mean),
+                          job.settings.schedule.has_dependent_changes, curve.is_lower()};
     if (!noise.is_known) return std::nullopt;
     statistics::ErrorCurve last;
     if (const std::optional<statistics::RelativeError> change =
-            statistics::picture_change(film.sums()))
+            statistics::image_change(film.sums()))
         last.add({noise.samples_min, noise.samples_max, noise.samples_mean, 0, *change});
-    // The first strata of a pixel are no picture of their own
-    if (!last.is_empty()) return picture_error(job, film, noise, last);
-    return PictureError{.error = noise.error,
-                        .is_upper = !job.settings.schedule.has_independent_halves,
-                        .is_lower = noise.error.is_lower};
+    // The first strata of a pixel are no image of their own
+    if (!last.is_empty()) return image_error(job, film, noise, last);
+    return ImageError{.error = noise.error,
+                      .is_upper = !job.settings.schedule.has_independent_halves,
+                      .is_lower = noise.error.is_lower};
 }
 
-std::string reached_text(const std::optional<PictureError>& error) {
+std::string reached_text(const std::optional<ImageError>& error) {
     if (!error) return "not estimated yet";
     if (error->is_lower) return fmt::format("{:.3g} % or more", error->error.value * 100.0);
     return fmt::format("{:.3g} %, up to {:.3g} %", error->error.value * 100.0,
@@ -81,7 +81,7 @@ std::string reached_text(const std::optional<PictureError>& error) {
 }
 
 BudgetOutcome budget_outcome(const RenderJob& job,
-                             const std::optional<PictureError>& error,
+                             const std::optional<ImageError>& error,
                              const integrator::RenderResult& result) {
     const RenderArguments& a = job.arguments;
     const double target = job.settings.schedule.target_error;
@@ -113,7 +113,7 @@ BudgetOutcome budget_outcome(const RenderJob& job,
     return outcome;
 }
 
-json error_json(const std::optional<PictureError>& error) {
+json error_json(const std::optional<ImageError>& error) {
     json j;
     j["metric"] = "sqrt(relMSE)";
     if (!error) return j;
@@ -167,12 +167,11 @@ json blocks_json(const film::Film& film, const statistics::ErrorCurve& curve) {
     return j;
 }
 
-json layer_noise_json(const std::vector<statistics::LayerNoise>& layers, double picture_error) {
+json layer_noise_json(const std::vector<statistics::LayerNoise>& layers, double image_error) {
     json j = json::array();
     for (const statistics::LayerNoise& layer : layers) {
         json one = {{"name", layer.layer}, {"error", layer.error}};
-        if (picture_error > 0)
-            one["share"] = layer.error * layer.error / (picture_error * picture_error);
+        if (image_error > 0) one["share"] = layer.error * layer.error / (image_error * image_error);
         j.push_back(std::move(one));
     }
     return j;

@@ -14,8 +14,8 @@
 
 namespace velatura::app {
 
-/// The relative standard error of the picture.
-struct PictureError {
+/// The relative standard error of the image.
+struct ImageError {
     statistics::RelativeError error;
     bool is_upper = false;  ///< it is no more than that: the halves make up for each other's errors
     bool is_lower = false;  ///< it is no less than that: integrator::ErrorCurve::is_lower
@@ -23,17 +23,17 @@ struct PictureError {
 
 /// From the curve or, where there is none, from the film, whose noise() is given; none before every
 /// pixel has two samples.
-std::optional<PictureError> picture_error(const RenderJob& job,
-                                          const film::Film& film,
-                                          const film::NoiseEstimate& noise,
-                                          const statistics::ErrorCurve& curve);
+std::optional<ImageError> image_error(const RenderJob& job,
+                                      const film::Film& film,
+                                      const film::NoiseEstimate& noise,
+                                      const statistics::ErrorCurve& curve);
 
 /// From the film alone, which is what any run of the render says: from how its pixels changed at
 /// last or, of parts that do not begin with the first sample, from its halves.
-std::optional<PictureError> picture_error(const RenderJob& job, const film::Film& film);
+std::optional<ImageError> image_error(const RenderJob& job, const film::Film& film);
 
 /// "3.5 %, up to 3.7 %", "3.5 % or more", "not known yet".
-std::string reached_text(const std::optional<PictureError>& error);
+std::string reached_text(const std::optional<ImageError>& error);
 
 /// What ended a render that was not interrupted.
 struct BudgetOutcome {
@@ -45,22 +45,22 @@ struct BudgetOutcome {
 /// The code is TargetMissed where a target was not reached and no budget that somebody typed was
 /// used up instead, or --require-target is given; else Done.
 BudgetOutcome budget_outcome(const RenderJob& job,
-                             const std::optional<PictureError>& error,
+                             const std::optional<ImageError>& error,
                              const integrator::RenderResult& result);
 
 /// metric, mean, low, high, confidence, is_upper, is_lower; half_in_pixels where few pixels hold
 /// half of it.
-nlohmann::ordered_json error_json(const std::optional<PictureError>& error);
+nlohmann::ordered_json error_json(const std::optional<ImageError>& error);
 
 /// Where the error is: of blocks of 8×8 pixels, the share of those that hold half of it, the share
 /// of those whose error hangs on a pixel or two, and the five worst with their intervals. Null
 /// where it is not known.
 nlohmann::ordered_json blocks_json(const film::Film& film, const statistics::ErrorCurve& curve);
 
-/// [{name, error, share}]: of each light layer, in units of the picture's error, and its square
-/// over that of the picture.
+/// [{name, error, share}]: of each light layer, in units of the image's error, and its square
+/// over that of the image.
 nlohmann::ordered_json layer_noise_json(const std::vector<statistics::LayerNoise>& layers,
-                                        double picture_error);
+                                        double image_error);
 
 /// [{spp, time_s, error, low, high}] and the slope of the errors.
 nlohmann::ordered_json error_curve_json(const statistics::ErrorCurve& curve);
@@ -81,7 +81,7 @@ nlohmann::ordered_json forecast_json(const statistics::ErrorForecast& forecast);
 double wanted_error(const RenderJob& job);
 
 /// "512 spp reached 1.42 %; 1 % needs about 1050 spp (980 to 1130), 83 min 00 s (77 to 89 min)"; of
-/// a picture of so many samples.
+/// an image of so many samples.
 std::string forecast_text(const statistics::ErrorCurve& curve, double samples_mean, double target);
 
 /// "1 % at 1050 spp, 83 min 00 s"; what the progress line has room for.

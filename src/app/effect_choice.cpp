@@ -18,7 +18,7 @@ Error usage(std::string message) {
 std::string names_that_can_be_left_out() {
     std::string names;
     for (size_t i = 0; i < scene::effect_count; ++i) {
-        if (!integrator::can_leave_out(Effect(i))) continue;
+        if (!integrator::can_omit(Effect(i))) continue;
         if (!names.empty()) names += ", ";
         names += scene::info(Effect(i)).name;
     }
@@ -61,8 +61,8 @@ Result<EffectChoice> parse_effects(const std::string& text) {
         if (!effect)
             return usage(fmt::format("--effects: unknown effect \"{}\"; expected one of {}",
                                      part.substr(1), names_that_can_be_left_out()));
-        if (!integrator::can_leave_out(*effect)) return usage(why_it_stays(*effect));
-        choice.left_out.add(*effect);
+        if (!integrator::can_omit(*effect)) return usage(why_it_stays(*effect));
+        choice.omitted.add(*effect);
     }
     return choice;
 }

@@ -11,8 +11,8 @@ namespace velatura::app {
 
 /// What `--effects` asks for.
 struct EffectChoice {
-    bool force_all = false;     ///< all effects that can run without being called for do
-    scene::EffectSet left_out;  ///< as if no prim called for them
+    bool force_all = false;    ///< all effects that can run without being called for do
+    scene::EffectSet omitted;  ///< as if no prim called for them
 };
 
 /// Reads `all`, `-name` or several of them apart by commas. Errors: "usage".

@@ -64,7 +64,7 @@ std::string files_state(const scene::Scene& scene) {
     return text.empty() ? "none" : fmt::format("{:016x}", hash_string(text));
 }
 
-/// Those that are there: without one, its effect is another picture.
+/// Those that are there: without one, its effect is another image.
 std::string opened_plugins(const RenderJob& job, const FrameInput& input) {
     Diagnostics told_elsewhere;
     std::string text;
@@ -73,10 +73,10 @@ std::string opened_plugins(const RenderJob& job, const FrameInput& input) {
     return text.empty() ? "none" : text;
 }
 
-std::string left_out(const integrator::EffectPlan& plan) {
+std::string omitted(const integrator::EffectPlan& plan) {
     std::string text;
     for (size_t i = 0; i < scene::effect_count; ++i)
-        if (plan.entries[i].state == integrator::EffectState::LeftOut)
+        if (plan.entries[i].state == integrator::EffectState::Omitted)
             text +=
                 fmt::format("{}-{}", text.empty() ? "" : ",", scene::info(scene::Effect(i)).name);
     return text.empty() ? "none" : text;
@@ -149,13 +149,13 @@ FrameSettings frame_settings(const RenderJob& job, const FrameInput& input) {
     add("--adaptive", job.settings.schedule.adaptive ? "on" : "off");
     add("--splitting", job.settings.splits ? "auto" : "off");
     add("--caustics", a.caustics);
-    add("--effects", left_out(input.plan));
+    add("--effects", omitted(input.plan));
     add("--accel", job.settings.world.accelerator ? a.accel : "bvh");
     if (!a.casters.empty()) add("--casters", fmt::format("{}", fmt::join(a.casters, " ")));
     const bool is_diced = geometry::first_subdivided(input.scene) != nullptr;
     add("dicing", is_diced ? fmt::format("{} {} {}", job.settings.world.dicing.rate,
                                          job.settings.world.dicing.level.value_or(-1),
-                                         job.settings.world.dicing.most_triangles)
+                                         job.settings.world.dicing.max_triangles)
                            : "none");
     add("plugins", opened_plugins(job, input));
     return settings;
@@ -196,8 +196,8 @@ image::Window data_window(const scene::RenderSettings& s, const std::vector<doub
         y0 = std::max(y0, crop[2]);
         y1 = std::min(y1, crop[3]);
     }
-    // Pixel i has its centre at (i + 0.5) / n; rows count from the top, NDC from the bottom
-    constexpr double widest = 4.0;  // pictures of overscan on each side
+    // Pixel i has its center at (i + 0.5) / n; rows count from the top, NDC from the bottom
+    constexpr double widest = 4.0;  // images of overscan on each side
     const auto first = [](double ndc, int n) {
         return std::isnan(ndc) ? 0
                                : int(std::ceil(std::clamp(ndc, -widest, 1.0 + widest) * n - 0.5));

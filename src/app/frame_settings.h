@@ -33,8 +33,8 @@ std::string settings_json(const FrameSettings& settings,
                           const std::string& top_ups,
                           const nlohmann::ordered_json& error_curve);
 
-/// The part of the picture to render: data window of the settings cut by --crop; it may reach
-/// beyond the picture (overscan). Origin top left, in pixels. A pixel is in if its centre is
+/// The part of the image to render: data window of the settings cut by --crop; it may reach
+/// beyond the image (overscan). Origin top left, in pixels. A pixel is in if its center is
 /// (UsdRenderSettings dataWindowNDC).
 image::Window data_window(const scene::RenderSettings& settings, const std::vector<double>& crop);
 

@@ -38,14 +38,14 @@ std::string scene_json(const FrameInput& input, const std::string& hash) {
 std::string stats_json(const RenderJob& job,
                        const FrameInput& input,
                        const render::Renderer& renderer) {
-    const render::Learned& learned = renderer.learned();
+    const render::PrepassResults& prepass = renderer.prepass();
     nlohmann::ordered_json stats;
     stats["scene"] = make_scene_stats(input, renderer.world());
     stats["estimator"] = make_estimator_stats(job);
-    stats["guiding"] = make_guiding_stats(learned.guide);
-    stats["splitting"] = make_splitting_stats(learned.branches);
-    if (learned.roulette) stats["roulette"] = make_roulette_stats(*learned.roulette);
-    stats["error"] = error_json(picture_error(job, renderer.film()));
+    stats["guiding"] = make_guiding_stats(prepass.guide);
+    stats["splitting"] = make_splitting_stats(prepass.branches);
+    if (prepass.roulette) stats["roulette"] = make_roulette_stats(*prepass.roulette);
+    stats["error"] = error_json(image_error(job, renderer.film()));
     stats["ledger"] = make_ledger(job, input, renderer.world(), renderer.film());
     return stats.dump();
 }
@@ -166,7 +166,7 @@ std::optional<layers::WriteReport> FrameWriter::write_or_rescue(
 bool FrameWriter::write_deep(Diagnostics& diagnostics) const {
     const film::DeepFilm* const deep = renderer_.film().deep();
     if (!deep) return true;
-    const Result<layers::DeepImage> written = film::write_deep_picture(*deep, input_.output);
+    const Result<layers::DeepImage> written = film::write_deep_image(*deep, input_.output);
     if (!written)
         diagnostics.error(written.error().code, {}, {}, written.error().message);
     else if (!job_.arguments.quiet)
@@ -182,16 +182,16 @@ bool FrameWriter::write_stats(const MemoryNeeds& needs,
                               const layers::WriteReport& written,
                               Diagnostics& diagnostics) const {
     if (input_.stats_file.empty()) return true;
-    const render::Learned& learned = renderer_.learned();
-    nlohmann::ordered_json stats = make_stats(job_, input_, renderer_.world(), learned.guide,
-                                              learned.branches, renderer_.film(), noise, result);
-    if (learned.roulette) {
-        stats["roulette"] = make_roulette_stats(*learned.roulette);
-        stats["phases_s"]["roulette"] = learned.roulette->seconds;
+    const render::PrepassResults& prepass = renderer_.prepass();
+    nlohmann::ordered_json stats = make_stats(job_, input_, renderer_.world(), prepass.guide,
+                                              prepass.branches, renderer_.film(), noise, result);
+    if (prepass.roulette) {
+        stats["roulette"] = make_roulette_stats(*prepass.roulette);
+        stats["phases_s"]["roulette"] = prepass.roulette->seconds;
     }
-    if (learned.bounces) {
-        stats["bounces"] = make_bounce_stats(*learned.bounces, renderer_.layers().last_bounce);
-        stats["phases_s"]["bounces"] = learned.bounces->seconds;
+    if (prepass.bounces) {
+        stats["bounces"] = make_bounce_stats(*prepass.bounces, renderer_.layers().last_bounce);
+        stats["phases_s"]["bounces"] = prepass.bounces->seconds;
     }
     add_memory_stats(needs, stats["memory_bytes"]);
     stats["error"]["storage"] = written.storage_error;

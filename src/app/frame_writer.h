@@ -16,7 +16,7 @@
 
 namespace velatura::app {
 
-/// Writes what a frame leaves: its file of light layers, interim ones, its deep picture, its
+/// Writes what a frame leaves: its file of light layers, interim ones, its deep image, its
 /// statistics. All that it is made with must outlive it.
 class FrameWriter {
   public:

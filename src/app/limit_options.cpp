@@ -25,8 +25,8 @@ Result<size_t> parse_count(const std::string& text) {
     double count = 0;
     const char* const end = text.data() + text.size();
     const auto parsed = std::from_chars(text.data(), end, count);
-    constexpr double most = 1e18;
-    if (parsed.ec != std::errc() || parsed.ptr != end || !(count >= 1 && count <= most) ||
+    constexpr double max = 1e18;
+    if (parsed.ec != std::errc() || parsed.ptr != end || !(count >= 1 && count <= max) ||
         count != std::floor(count))
         return Error{
             "usage",
@@ -37,10 +37,10 @@ Result<size_t> parse_count(const std::string& text) {
 template <class T>
 Result<void> set_to(T& value,
                     const Result<size_t>& parsed,
-                    size_t most = std::numeric_limits<size_t>::max()) {
+                    size_t max = std::numeric_limits<size_t>::max()) {
     if (!parsed) return parsed.error();
-    if (*parsed > most)
-        return Error{"usage", fmt::format("{} is above the maximum of {}", *parsed, most)};
+    if (*parsed > max)
+        return Error{"usage", fmt::format("{} is above the maximum of {}", *parsed, max)};
     value = T(*parsed);
     return {};
 }
@@ -64,7 +64,7 @@ constexpr LimitOption limit_options[] = {
      }},
     {"picture-side", "texture width and height, 1048576",
      [](Limits& l, const std::string& t) {
-         return set_to(l.picture_side, parse_count(t), size_t(1) << 28);
+         return set_to(l.image_side, parse_count(t), size_t(1) << 28);
      }},
     {"decode-time", "CPU time of one request to a decoder process (--sandbox), 60s",
      [](Limits& l, const std::string& t) -> Result<void> {

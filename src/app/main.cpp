@@ -3,7 +3,7 @@
 #include "app/exit_codes.h"
 #include "app/missing_assets.h"
 #include "base/command_line.h"
-#include "base/lost_pages.h"
+#include "base/mapping_guard.h"
 #include "base/memory_limit.h"
 
 #include <fmt/format.h>
@@ -27,7 +27,7 @@ namespace {
 /// Reports the files that were truncated, or became unreadable, while they were read. Returns:
 /// whether there are any.
 bool report_lost_pages() {
-    const std::vector<std::string> files = files_with_lost_pages();
+    const std::vector<std::string> files = truncated_files();
     for (const std::string& file : files)
         fmt::print(
             stderr,
@@ -67,7 +67,7 @@ int run_command(int argc, char** argv) {
         std::fputs(ended->text.c_str(), ended->code == Done ? stdout : stderr);
         return ended->code;
     }
-    read_lost_pages_as_zeros();
+    read_truncated_pages_as_zeros();
     const int code = exit_code_with_missing_assets(run ? run() : UsageError);
     return report_lost_pages() ? worse_exit_code(code, RenderError) : code;
 }
@@ -81,7 +81,7 @@ int run_command(int argc, char** argv) {
 void* operator new(std::size_t bytes) {
     for (;;) {
         if (void* const memory = std::malloc(bytes > 0 ? bytes : 1)) return memory;
-        velatura::MemoryLimit::note_refusal(bytes);
+        velatura::MemoryLimit::note_rejection(bytes);
         const std::new_handler find_memory = std::get_new_handler();
         if (!find_memory) throw std::bad_alloc();
         find_memory();
@@ -100,7 +100,7 @@ void operator delete(void* memory, std::size_t) noexcept {
 int main(int argc, char** argv) {
     using namespace velatura::app;
     try {
-        velatura::put_memory_aside();
+        velatura::reserve_memory();
         return run_command(argc, argv);
     } catch (const std::bad_alloc&) {
         // Printing takes no memory

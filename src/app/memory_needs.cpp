@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/memory_needs.h"
 
-#include "app/picture_needs.h"
+#include "app/image_needs.h"
 #include "app/progress.h"
 #include "base/memory_limit.h"
 #include "image/exr.h"
@@ -15,8 +15,8 @@ namespace velatura::app {
 namespace {
 
 /// Of textures that do not fit into it, a cache of this size still holds what a few tiles of the
-/// picture show.
-constexpr size_t least_cache = size_t(32) << 20;
+/// image show.
+constexpr size_t min_cache = size_t(32) << 20;
 
 size_t rest_of(size_t whole, size_t part) {
     return whole > part ? whole - part : 0;
@@ -36,23 +36,23 @@ MemoryNeeds expected_memory(const RenderJob& job,
                             const FrameInput& input,
                             const shading::TextureCache& textures,
                             size_t film_bytes) {
-    const PictureNeeds picture = picture_needs(job, input);
+    const ImageNeeds image = image_needs(job, input);
     MemoryNeeds needs;
     needs.now = resident_bytes();
-    needs.film = rest_of(picture.film_bytes, film_bytes);
-    needs.writing = picture.writing_bytes;
+    needs.film = rest_of(image.film_bytes, film_bytes);
+    needs.writing = image.writing_bytes;
     needs.textures = std::min(textures.whole_bytes(), textures.memory_bytes());
     return needs;
 }
 
-size_t MemoryNeeds::least() const {
-    return now + film / 4 + writing / 2 + std::min(textures, least_cache);
+size_t MemoryNeeds::min() const {
+    return now + film / 4 + writing / 2 + std::min(textures, min_cache);
 }
 
 void allot_textures(const shading::TextureCache& textures, MemoryNeeds& needs) {
     const size_t left = rest_of(MemoryLimit::allowed(), needs.total() - needs.textures);
     if (!MemoryLimit::is_set() || needs.textures <= left) return;
-    needs.textures = std::min(needs.textures, std::max(left, least_cache));
+    needs.textures = std::min(needs.textures, std::max(left, min_cache));
     textures.set_memory(needs.textures);
 }
 
@@ -66,7 +66,7 @@ MemoryNeeds allot_memory(const RenderJob& job,
     MemoryNeeds needs = expected_memory(job, input, textures, film_bytes);
     allot_textures(textures, needs);
     if (MemoryLimit::is_set() && needs.total() > MemoryLimit::allowed() &&
-        needs.least() <= MemoryLimit::allowed())
+        needs.min() <= MemoryLimit::allowed())
         diagnostics.warn("memory-limit", {}, {},
                          fmt::format("the render can need {}, above --memory-limit {}; if it "
                                      "reaches the limit, it stops and writes what it has",
@@ -75,7 +75,7 @@ MemoryNeeds allot_memory(const RenderJob& job,
 }
 
 bool fits_limit(const MemoryNeeds& needs, Diagnostics& diagnostics) {
-    if (!MemoryLimit::is_set() || needs.least() <= MemoryLimit::allowed()) return true;
+    if (!MemoryLimit::is_set() || needs.min() <= MemoryLimit::allowed()) return true;
     diagnostics.error(
         "memory-limit", {}, {},
         fmt::format("the render needs {}, above --memory-limit {}; nothing is rendered",
@@ -117,7 +117,7 @@ bool MemoryWatch::keeps_limit() {
     const auto now = Clock::now();
     if (!given_up_) {
         given_up_ = now;
-        textures_.set_memory(least_cache);
+        textures_.set_memory(min_cache);
         return true;
     }
     // Tiles go when others come; where nothing could be written any more there is no time to wait

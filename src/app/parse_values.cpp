@@ -73,22 +73,22 @@ Result<double> parse_fraction(std::string_view text) {
 }
 
 Result<StoredBounces> parse_bounces(std::string_view text) {
-    constexpr int most = 64;
+    constexpr int max = 64;
     constexpr double usual_share = 0.01;
-    const Error wrong = {
-        "bad-bounces", fmt::format("expected 0 to {}, auto or auto=1%, found \"{}\"", most, text)};
+    const Error wrong = {"bad-bounces",
+                         fmt::format("expected 0 to {}, auto or auto=1%, found \"{}\"", max, text)};
     if (!text.starts_with("auto")) {
         const std::optional<int> last = number<int>(text);
-        if (!last || *last < 0 || *last > most) return wrong;
+        if (!last || *last < 0 || *last > max) return wrong;
         return StoredBounces{*last, std::nullopt};
     }
     StoredBounces bounces;
-    bounces.least_share = usual_share;
+    bounces.min_share = usual_share;
     const std::string_view share = text.substr(std::string_view("auto").size());
     if (share.empty()) return bounces;
     const Result<double> typed = parse_fraction(share.substr(1));
     if (share[0] != '=' || !typed || !(*typed > 0) || *typed > 1) return wrong;
-    bounces.least_share = *typed;
+    bounces.min_share = *typed;
     return bounces;
 }
 
@@ -111,8 +111,8 @@ Result<size_t> parse_size(std::string_view text, size_t whole) {
             return bad;
         bytes *= std::pow(is_binary ? 1024.0 : 1000.0, double(power + 1));
     }
-    constexpr double most = 0x1p60;
-    if (!(bytes >= 1.0 && bytes < most)) return bad;
+    constexpr double max = 0x1p60;
+    if (!(bytes >= 1.0 && bytes < max)) return bad;
     return size_t(bytes);
 }
 

@@ -25,7 +25,7 @@ Result<double> parse_fraction(std::string_view text);
 struct StoredBounces {
     int last = 6;
     /// Of "auto": `last` is the last one with this share of the light, and 6 at most.
-    std::optional<double> least_share;
+    std::optional<double> min_share;
 };
 
 /// "0" to "64", "auto" (1 % of the light), "auto=0.5%". Errors: "bad-bounces".

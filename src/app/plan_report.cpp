@@ -159,11 +159,11 @@ json needs_json(const PlanNeeds& needs) {
                          {"writing_expected", needs.writing_bytes},
                          {"volumes", needs.volume_bytes}};
     j["files"] = json::array();
-    for (const PictureNeeds::File& f : needs.files)
+    for (const ImageNeeds::File& f : needs.files)
         j["files"].push_back({{"name", f.name},
                               {"layers", f.layers},
                               {"channels", f.channels},
-                              {"most_bytes", f.most_bytes},
+                              {"most_bytes", f.max_bytes},
                               {"sums_bytes_expected", f.sums_bytes}});
     return j;
 }
@@ -209,14 +209,14 @@ std::string needs_text(const PlanNeeds& needs) {
         text +=
             "        more after subdivision: this counts the control meshes (--dicing-rate, "
             "--subdivision-level)\n";
-    for (const PictureNeeds::File& f : needs.files) {
+    for (const ImageNeeds::File& f : needs.files) {
         const std::string sums =
             f.sums_bytes > 0
                 ? fmt::format(", and about {} of sums for --resume", bytes_text(f.sums_bytes))
                 : "";
         text +=
             fmt::format("file: {}: {} light layers, {} channels, at most {} before compression{}\n",
-                        f.name, f.layers, f.channels, bytes_text(f.most_bytes), sums);
+                        f.name, f.layers, f.channels, bytes_text(f.max_bytes), sums);
     }
     return text;
 }
@@ -235,10 +235,10 @@ PlanNeeds plan_needs(const RenderJob& job, const FrameInput& input, Diagnostics&
     needs.instances = input.scene.instances.size();
     needs.accelerator_bytes =
         needs.triangles * tree_bytes_per_triangle + needs.instances * tree_bytes_per_instance;
-    const PictureNeeds picture = picture_needs(job, input);
-    needs.files = picture.files;
-    needs.film_bytes = picture.film_bytes;
-    needs.writing_bytes = picture.writing_bytes;
+    const ImageNeeds image = image_needs(job, input);
+    needs.files = image.files;
+    needs.film_bytes = image.film_bytes;
+    needs.writing_bytes = image.writing_bytes;
     return needs;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "app/picture_needs.h"
+#include "app/image_needs.h"
 #include "app/render_frame.h"
 #include "integrator/effect_plan.h"
 
@@ -28,10 +28,10 @@ struct PlanNeeds {
     uint64_t geometry_bytes = 0;     ///< as it will be
     uint64_t accelerator_bytes = 0;  ///< expected
     uint64_t film_bytes = 0;         ///< expected
-    uint64_t writing_bytes = 0;      ///< expected, while the picture is written
+    uint64_t writing_bytes = 0;      ///< expected, while the image is written
     uint64_t volume_bytes = 0;       ///< grids, which are read before the plan
     uint64_t triangles = 0, instances = 0;
-    std::vector<PictureNeeds::File> files;
+    std::vector<ImageNeeds::File> files;
 };
 
 /// Effects with state, prim and reason, for the header string velatura/plan. The same for every

@@ -9,7 +9,7 @@
 #include "app/stop_signals.h"
 #include "base/asset_roots.h"
 #include "base/frames.h"
-#include "base/lost_pages.h"
+#include "base/mapping_guard.h"
 #include "base/memory_limit.h"
 #include "base/tasks.h"
 #include "render/accelerator_choice.h"
@@ -129,7 +129,7 @@ void check_products(const scene::RenderSettings& settings, Diagnostics& diagnost
 void read_volumes(const RenderJob& job, scene::Scene& scene, Diagnostics& diagnostics) {
     // What is left out is not read; surfaces of level sets are no volumes
     std::vector<scene::Volume> unread;
-    if (job.settings.left_out.has(scene::Effect::Volumes)) {
+    if (job.settings.omitted.has(scene::Effect::Volumes)) {
         std::erase_if(scene.volumes, [&](scene::Volume& v) {
             if (scene::is_level_set(v, scene.volume_fields)) return false;
             unread.push_back(std::move(v));
@@ -164,7 +164,7 @@ int prepare_one(const RenderJob& job,
         translate::translate_stage(loaded.stage, translate_options(job, frame), diagnostics);
     if (!scene) return fail(scene.error(), RenderError);
     // main() says which
-    if (!files_with_lost_pages().empty())
+    if (!truncated_files().empty())
         return fail(
             {"file-lost",
              "files of the scene changed while they were read; nothing is rendered; render again"},
@@ -214,7 +214,7 @@ int prepare_all(const RenderArguments& arguments, const FrameFunction& use) {
 
     const ThreadLimit threads(arguments.threads);
     if (MemoryLimit::is_set()) {
-        const MemoryLimit::Lifted for_their_stacks;
+        const MemoryLimit::Suspension for_their_stacks;
         start_threads();
     }
     const StopSignals signals;

@@ -25,7 +25,7 @@ struct ProgressState {
     double samples_target = 0;  ///< 0: time or error ends the render
     double elapsed_s = 0;
     std::optional<double> left_s;  ///< unknown at the very start
-    std::optional<double> error;   ///< relative standard error of the picture so far
+    std::optional<double> error;   ///< relative standard error of the image so far
     bool is_upper_error = false;   ///< it is no more than that
     bool is_lower_error = false;   ///< it is no less than that
     std::optional<statistics::ErrorForecast> forecast;

@@ -229,7 +229,7 @@ void declare_layer_options(Command layers, RenderArguments& a) {
         .add_option("--deep-samples", a.deep_samples,
                     "Maximum deep samples per pixel; above it the nearest to each other are merged")
         .range(1, 1024)
-        .default_text(std::to_string(film::DeepOptions{}.most_samples));
+        .default_text(std::to_string(film::DeepOptions{}.max_samples));
 }
 
 void declare_resume_options(Command resume, RenderArguments& a) {

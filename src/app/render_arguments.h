@@ -28,7 +28,7 @@ struct RenderArguments {
     std::string settings;
     std::string frames;
     std::vector<int> resolution;  ///< W H
-    std::vector<double> crop;     ///< x0 x1 y0 y1, fractions of the picture, origin bottom left
+    std::vector<double> crop;     ///< x0 x1 y0 y1, fractions of the image, origin bottom left
     std::string mode = "progressive";
     int tile = 32;
     std::optional<uint64_t> spp;

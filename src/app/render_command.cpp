@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/commands.h"
-#include "app/picture_needs.h"
+#include "app/image_needs.h"
 #include "app/prepare_frame.h"
 
 #include <memory>

@@ -51,7 +51,7 @@ class FrameRenderer {
             allot_memory(job_, input_, textures,
                          from_.earlier ? from_.earlier->sums.memory_bytes() : 0, diagnostics_);
         const int refused =
-            refuse_frame(job_, needs, unread_textures(renderer_.world()), diagnostics_);
+            reject_frame(job_, needs, unread_textures(renderer_.world()), diagnostics_);
         if (refused != Done) return refused;
         renderer_.learn(&StopSignals::stop_flag());
         if (job_.replay)
@@ -74,14 +74,14 @@ class FrameRenderer {
   private:
     /// Whether paths are guided is known only now. Returns: an exit code.
     int check_what_was_learned() {
-        settings_.emplace_back("--guiding", renderer_.learned().guide.is_used ? "on" : "off");
+        settings_.emplace_back("--guiding", renderer_.prepass().guide.is_used ? "on" : "off");
         // What was learned is not whole then: neither pixels nor a header may come from it
         if (StopSignals::stop_flag())
             return report_early_end(false, "the first sample", diagnostics_);
-        note_what_was_learned(job_, renderer_, diagnostics_);
+        report_prepass(job_, renderer_, diagnostics_);
         const std::string why = from_.difference(
             settings_, settings_hash(settings_, renderer_.layers(), renderer_.window()), job_);
-        if (!why.empty()) return refuse_to_resume(input_.output, why, diagnostics_);
+        if (!why.empty()) return reject_resume(input_.output, why, diagnostics_);
         return Done;
     }
 
@@ -92,11 +92,11 @@ class FrameRenderer {
             renderer_.start_film(std::move(from_.earlier->sums), std::move(from_.earlier->bad));
         } else {
             // A file that can be merged or gone on from needs every node of the sums, also those
-            // that the picture alone would fold early
+            // that the image alone would fold early
             const bool needs_all = keeps_sums(job_) || job_.settings.schedule.is_open_ended;
             renderer_.start_film(
                 {.final_sample_end =
-                     needs_all ? 0 : integrator::most_samples(job_.settings.schedule)});
+                     needs_all ? 0 : integrator::max_samples(job_.settings.schedule)});
         }
         if (!from_.request) return std::nullopt;
         const uint64_t end = job_.settings.schedule.end_sample;
@@ -143,8 +143,8 @@ class FrameRenderer {
         if (!written) return code;
         if (!writer.write_deep(diagnostics_)) return RenderError;
         if (!writer.write_stats(needs, noise, result, *written, diagnostics_)) return RenderError;
-        const std::optional<PictureError> error =
-            picture_error(job_, renderer_.film(), noise, result.curve);
+        const std::optional<ImageError> error =
+            image_error(job_, renderer_.film(), noise, result.curve);
         const size_t unread = unread_textures(renderer_.world());
         if (!job_.arguments.quiet)
             print_summary(job_, input_.output, *written, unread, noise, result);

@@ -28,7 +28,7 @@ struct FrameInput {
     double open_s = 0, translate_s = 0;
 };
 
-/// Renders and writes one frame, with progress and interim pictures; prints what was written unless
+/// Renders and writes one frame, with progress and interim images; prints what was written unless
 /// quiet. Returns: an exit code of exit_codes.h.
 int render_frame(const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics);
 

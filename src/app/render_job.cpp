@@ -133,7 +133,7 @@ Result<void> choose_estimator(const RenderArguments& a, RenderJob& job) {
     job.settings.splits = a.splitting == "auto";
     const Result<EffectChoice> effects = parse_effects(a.effects);
     if (!effects) return effects.error();
-    job.settings.left_out = effects->left_out;
+    job.settings.omitted = effects->omitted;
     job.settings.force_all = effects->force_all;
     const std::optional<integrator::Caustics> caustics = integrator::caustics_mode(a.caustics);
     if (!caustics)
@@ -159,7 +159,7 @@ Result<void> choose_layers(const RenderArguments& a, RenderJob& job) {
     const Result<StoredBounces> bounces = parse_bounces(a.bounces);
     if (!bounces) return usage("--bounces: " + bounces.error().message);
     layers.last_bounce = bounces->last;
-    job.settings.least_bounce_share = bounces->least_share;
+    job.settings.min_bounce_share = bounces->min_share;
     layers.halves = a.halves;
     layers.float_layers = a.float_layers;
     layers.bounce_layers = layers.group_layers = layers.matrix_layers = layers.shadow_layers =
@@ -350,7 +350,7 @@ Result<RenderJob> make_render_job(const RenderArguments& a) {
         return ok.error();
     if (a.deep)
         settings.deep = film::DeepOptions{
-            .most_samples = a.deep_samples.value_or(film::DeepOptions{}.most_samples)};
+            .max_samples = a.deep_samples.value_or(film::DeepOptions{}.max_samples)};
     double checkpoint_s = 0;
     if (const auto ok = parse_into(checkpoint_s, a.checkpoint, "--checkpoint", parse_duration); !ok)
         return ok.error();
@@ -377,7 +377,7 @@ Result<RenderJob> make_render_job(const RenderArguments& a) {
         a.volume_bounds == "one" ? media::Majorants::One : media::Majorants::Bricks;
     settings.world.dicing.rate = a.dicing_rate;
     settings.world.dicing.level = a.subdivision_level;
-    settings.world.dicing.most_triangles = uint64_t(a.dicing_limit * 1e6);
+    settings.world.dicing.max_triangles = uint64_t(a.dicing_limit * 1e6);
     settings.schedule.max_depth = settings.tracer.max_depth = a.max_depth;
     const auto filter = sampling::filter_kind(a.filter);
     if (!filter) return usage(fmt::format("--filter: unknown filter \"{}\"", a.filter));

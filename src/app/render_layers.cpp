@@ -178,25 +178,25 @@ std::pair<std::string, std::string> split_lpe(const std::string& text) {
 }
 
 /// The var's notes go to tell(var, note, is_error).
-template <class Tell>
-void add_vars(const scene::RenderSettings& settings, LayerChoice& choice, const Tell& tell) {
+template <class Report>
+void add_vars(const scene::RenderSettings& settings, LayerChoice& choice, const Report& report) {
     if (settings.products.empty()) return;
     for (const scene::RenderVar& var : settings.products.front().vars) {
         if (var.source_type == "lpe") {
             const Result<std::string> note = choice.add_path(var.name, var.source_name);
             if (!note)
-                tell(var, note.error().message, true);
+                report(var, note.error().message, true);
             else if (!note->empty())
-                tell(var, *note, false);
+                report(var, *note, false);
         } else if (var.source_type == "raw") {
             const std::string note = choice.add_data(var.name, var.source_name);
-            if (!note.empty()) tell(var, note, false);
+            if (!note.empty()) report(var, note, false);
         } else if (var.source_type != "intrinsic") {
             // Intrinsic ones were told of where they were read
-            tell(var,
-                 fmt::format("sourceType {} is not supported; the render var is skipped",
-                             var.source_type),
-                 false);
+            report(var,
+                   fmt::format("sourceType {} is not supported; the render var is skipped",
+                               var.source_type),
+                   false);
         }
     }
 }

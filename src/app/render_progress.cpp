@@ -32,7 +32,7 @@ void RenderProgress::finish(const film::Film& film,
     state.samples_per_pixel = noise.samples_mean;
     state.elapsed_s = result.seconds;
     state.rays = result.rays;
-    if (const std::optional<PictureError> error = picture_error(job_, film, noise, result.curve)) {
+    if (const std::optional<ImageError> error = image_error(job_, film, noise, result.curve)) {
         state.error = error->error.value;
         state.is_upper_error = error->is_upper;
         state.is_lower_error = error->is_lower;

@@ -27,7 +27,7 @@ void note_guiding(const integrator::GuideTraining& training, Diagnostics& diagno
 
 }  // namespace
 
-int refuse_frame(const RenderJob& job,
+int reject_frame(const RenderJob& job,
                  const MemoryNeeds& needs,
                  size_t unread_textures,
                  Diagnostics& diagnostics) {
@@ -55,14 +55,14 @@ int report_early_end(bool is_short_of_memory, const std::string& before, Diagnos
     return is_short_of_memory ? int(MemoryReached) : SignalBase + StopSignals::signal_number();
 }
 
-void note_what_was_learned(const RenderJob& job,
-                           const render::Renderer& renderer,
-                           Diagnostics& diagnostics) {
-    const render::Learned& learned = renderer.learned();
-    if (job.settings.guiding == integrator::Guiding::Auto) note_guiding(learned.guide, diagnostics);
-    if (learned.bounces)
+void report_prepass(const RenderJob& job,
+                    const render::Renderer& renderer,
+                    Diagnostics& diagnostics) {
+    const render::PrepassResults& prepass = renderer.prepass();
+    if (job.settings.guiding == integrator::Guiding::Auto) note_guiding(prepass.guide, diagnostics);
+    if (prepass.bounces)
         diagnostics.note("bounces", {}, {},
-                         text_of(*learned.bounces, renderer.layers().last_bounce));
+                         text_of(*prepass.bounces, renderer.layers().last_bounce));
     if (renderer.caustics() && renderer.caustics()->is_empty())
         diagnostics.note("caustics", {}, {},
                          "caustics: manifold sampling is not used, because the scene has no smooth "
@@ -102,29 +102,29 @@ void report_bad_samples(const film::Film& film,
             fmt::format(
                 "{} volume walks were terminated at the collision limit; their light is missing",
                 tracking.capped));
-    if (result.rays.walks_given_up > 0)
+    if (result.rays.walks_abandoned > 0)
         diagnostics.warn(
             "subsurface", {}, {},
             fmt::format("{} subsurface walks were terminated after {} scattering events: a white "
                         "mesh is very large for its subsurfaceRadius, or not watertight",
-                        result.rays.walks_given_up, integrator::SubsurfaceWalk::most_steps));
-    if (result.rays.bodies_unmatched > 0)
+                        result.rays.walks_abandoned, integrator::SubsurfaceWalk::max_steps));
+    if (result.rays.dielectrics_unmatched > 0)
         diagnostics.warn("nested-bodies", {}, {},
                          fmt::format("{} unmatched exits from dielectrics: a mesh with a "
                                      "dielectric priority, or next to one, is not watertight",
-                                     result.rays.bodies_unmatched));
-    if (result.rays.bodies_too_deep > 0)
+                                     result.rays.dielectrics_unmatched));
+    if (result.rays.dielectrics_too_deep > 0)
         diagnostics.warn("nested-bodies", {}, {},
                          fmt::format("{} times rays were inside more nested dielectrics than are "
                                      "tracked; the last entered were ignored",
-                                     result.rays.bodies_too_deep));
+                                     result.rays.dielectrics_too_deep));
     if (result.rays.depth_limited > 0)
         diagnostics.warn("depth-limit", {}, {},
                          fmt::format("{} paths were terminated after {} bounces",
                                      result.rays.depth_limited, integrator::hard_depth_limit));
 }
 
-void warn_of_lower_bound(const std::optional<PictureError>& error,
+void warn_of_lower_bound(const std::optional<ImageError>& error,
                          bool is_rare,
                          const film::Window& window,
                          Diagnostics& diagnostics) {
@@ -188,7 +188,7 @@ void print_summary(const RenderJob& job,
 int report_budget(const RenderJob& job,
                   const film::NoiseEstimate& noise,
                   const integrator::RenderResult& result,
-                  const std::optional<PictureError>& error,
+                  const std::optional<ImageError>& error,
                   Diagnostics& diagnostics) {
     const BudgetOutcome outcome = budget_outcome(job, error, result);
     if (outcome.text.empty()) return Done;

@@ -18,7 +18,7 @@ namespace velatura::app {
 
 /// Reports why nothing is rendered: memory that does not suffice, what --strict or
 /// --texture-failure error refuse; a replay goes on. Returns: an exit code, or Done.
-int refuse_frame(const RenderJob& job,
+int reject_frame(const RenderJob& job,
                  const MemoryNeeds& needs,
                  size_t unread_textures,
                  Diagnostics& diagnostics);
@@ -28,17 +28,17 @@ int refuse_frame(const RenderJob& job,
 int report_early_end(bool is_short_of_memory, const std::string& before, Diagnostics& diagnostics);
 
 /// What `auto` decided before the first sample: -v prints it.
-void note_what_was_learned(const RenderJob& job,
-                           const render::Renderer& renderer,
-                           Diagnostics& diagnostics);
+void report_prepass(const RenderJob& job,
+                    const render::Renderer& renderer,
+                    Diagnostics& diagnostics);
 
-/// Samples that were left out, light that was cut, bodies that are not closed.
+/// Samples that were left out, light that was cut, solids that are not closed.
 void report_bad_samples(const film::Film& film,
                         const integrator::RenderResult& result,
                         Diagnostics& diagnostics);
 
 /// Where the stated error is no more than a lower bound.
-void warn_of_lower_bound(const std::optional<PictureError>& error,
+void warn_of_lower_bound(const std::optional<ImageError>& error,
                          bool is_rare,
                          const film::Window& window,
                          Diagnostics& diagnostics);
@@ -67,7 +67,7 @@ void print_summary(const RenderJob& job,
 int report_budget(const RenderJob& job,
                   const film::NoiseEstimate& noise,
                   const integrator::RenderResult& result,
-                  const std::optional<PictureError>& error,
+                  const std::optional<ImageError>& error,
                   Diagnostics& diagnostics);
 
 }  // namespace velatura::app

@@ -14,7 +14,7 @@ namespace {
 
 image::Window traced_window(const RenderJob& job, const FrameInput& input) {
     if (!job.replay) return data_window(input.scene.settings, job.arguments.crop);
-    // A pixel outside of the picture is refused later
+    // A pixel outside of the image is refused later
     const scene::RenderSettings& s = input.scene.settings;
     const int x = int(std::min((*job.replay)[0], uint64_t(s.width - 1))),
               y = int(std::min((*job.replay)[1], uint64_t(s.height - 1)));
@@ -31,7 +31,7 @@ render::Settings render_settings(const RenderJob& job, const FrameInput& input) 
     if (MemoryLimit::is_set())
         settings.world.texture_bytes =
             std::min(settings.world.texture_bytes, MemoryLimit::left() / 4);
-    if (job.replay) settings.least_bounce_share.reset();
+    if (job.replay) settings.min_bounce_share.reset();
     return settings;
 }
 

@@ -139,7 +139,7 @@ std::string difference(const EarlierPart& earlier,
         return fmt::format("it has the pixels {}, expected {}", text_of(earlier.sums.window()),
                            text_of(window));
     film::LayerSet layers = layers_of(job, input.scene);
-    if (job.settings.least_bounce_share) layers.last_bounce = earlier.sums.layer_set().last_bounce;
+    if (job.settings.min_bounce_share) layers.last_bounce = earlier.sums.layer_set().last_bounce;
     if (earlier.sums.layer_set() != layers) return "it stores other light layers";
     if (earlier.first_sample != job.settings.schedule.first_sample)
         return fmt::format("its samples start at {}, expected {}", earlier.first_sample,
@@ -151,7 +151,7 @@ render::Settings Continuation::applied_to(render::Settings settings) const {
     if (!earlier) return settings;
     settings.schedule.curve = earlier->curve;
     // A render that goes on keeps the bounces of its file
-    if (std::exchange(settings.least_bounce_share, std::nullopt))
+    if (std::exchange(settings.min_bounce_share, std::nullopt))
         settings.layers.last_bounce = earlier->sums.layer_set().last_bounce;
     return settings;
 }
@@ -178,18 +178,18 @@ Continuation find_continuation(const RenderJob& job,
                                Diagnostics& diagnostics) {
     Continuation found;
     if (!job.arguments.resume) return found;
-    const auto refuse = [&](const std::string& why) {
-        found.code = refuse_to_resume(input.output, why, diagnostics);
+    const auto reject = [&](const std::string& why) {
+        found.code = reject_resume(input.output, why, diagnostics);
         return std::move(found);
     };
     Result<std::optional<EarlierPart>> earlier = read_earlier_part(input.output);
-    if (!earlier) return refuse(earlier.error().message);
+    if (!earlier) return reject(earlier.error().message);
     const std::string why = *earlier ? difference(**earlier, job, input, settings) : std::string();
-    if (!why.empty()) return refuse(why);
+    if (!why.empty()) return reject(why);
     found.earlier = std::move(*earlier);
     const bool is_topped_up = !job.arguments.for_mix.empty();
     if (!found.earlier && is_topped_up)
-        return refuse("file not found; --for-mix continues an existing file");
+        return reject("file not found; --for-mix continues an existing file");
     if (!found.earlier)
         diagnostics.note(
             "resume", {}, {},
@@ -199,7 +199,7 @@ Continuation find_continuation(const RenderJob& job,
         read_request(frame_path(job.arguments.for_mix, input.frame), input,
                      data_window(input.scene.settings, job.arguments.crop));
     if (!request && request.error().code == "resume-refused")
-        return refuse(request.error().message);
+        return reject(request.error().message);
     if (!request) {
         diagnostics.error(request.error().code, {}, {}, request.error().message);
         found.code = RenderError;
@@ -209,7 +209,7 @@ Continuation find_continuation(const RenderJob& job,
     return found;
 }
 
-int refuse_to_resume(const std::string& path, const std::string& why, Diagnostics& diagnostics) {
+int reject_resume(const std::string& path, const std::string& why, Diagnostics& diagnostics) {
     diagnostics.error("resume-refused", {}, {}, fmt::format("cannot resume {}: {}", path, why));
     return Refused;
 }

@@ -73,6 +73,6 @@ std::string difference(const EarlierPart& earlier,
 std::string difference(const EarlierPart& earlier, const FrameSettings& settings);
 
 /// Says why; the file stays as it is. Returns: the exit code.
-int refuse_to_resume(const std::string& path, const std::string& why, Diagnostics& diagnostics);
+int reject_resume(const std::string& path, const std::string& why, Diagnostics& diagnostics);
 
 }  // namespace velatura::app

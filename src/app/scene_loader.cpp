@@ -51,7 +51,7 @@ class RepeatedCodes {
         }
     }
 
-    bool may_print(const std::string& code) { return ++counts_[code] <= printed_limit; }
+    bool can_print(const std::string& code) { return ++counts_[code] <= printed_limit; }
 
   private:
     std::map<std::string, size_t> counts_;
@@ -65,7 +65,7 @@ void print_diagnostics(Diagnostics& diagnostics, bool quiet, bool verbose) {
         note_missing_asset(d);
         const bool is_wanted = d.severity == Severity::Error ||
                                (d.severity == Severity::Warning || is_choice(d) ? !quiet : verbose);
-        if (is_wanted && (verbose || repeats->may_print(d.code)))
+        if (is_wanted && (verbose || repeats->can_print(d.code)))
             fmt::print(stderr, "{}\n", diagnostics.format(d));
     });
 }

@@ -85,7 +85,7 @@ json make_guiding_stats(const integrator::GuideTraining& training) {
     return j;
 }
 
-json make_splitting_stats(const integrator::BranchTrial& trial) {
+json make_splitting_stats(const integrator::SplittingTrial& trial) {
     return {{"mean_branches", trial.map.mean()}, {"trial_paths", trial.rays.paths}};
 }
 
@@ -127,7 +127,7 @@ json make_ledger(const RenderJob& job,
                  const film::Film& film) {
     json ledger = json::array();
     for (size_t i = 0; i < scene::effect_count; ++i) {
-        if (input.plan.entries[i].state != integrator::EffectState::LeftOut) continue;
+        if (input.plan.entries[i].state != integrator::EffectState::Omitted) continue;
         ledger.push_back({{"approximation", "effect-left-out"},
                           {"value", scene::info(scene::Effect(i)).name},
                           {"kind", "bias"},
@@ -234,7 +234,7 @@ json make_stats(const RenderJob& job,
                 const FrameInput& input,
                 const integrator::World& world,
                 const integrator::GuideTraining& training,
-                const integrator::BranchTrial& branches,
+                const integrator::SplittingTrial& branches,
                 const film::Film& film,
                 const film::NoiseEstimate& noise,
                 const integrator::RenderResult& result) {
@@ -269,7 +269,7 @@ json make_stats(const RenderJob& job,
                  {"caustic", result.rays.caustic}};
     j["rays_per_s"] = result.seconds > 0 ? double(result.rays.total()) / result.seconds : 0.0;
     j["paths_per_s"] = result.seconds > 0 ? double(result.rays.paths) / result.seconds : 0.0;
-    const std::optional<PictureError> stated = picture_error(job, film, noise, result.curve);
+    const std::optional<ImageError> stated = image_error(job, film, noise, result.curve);
     json error = error_json(stated);
     if (!result.layer_noise.empty())
         error["layers"] = layer_noise_json(result.layer_noise, stated ? stated->error.value : 0.0);
@@ -286,9 +286,9 @@ json make_stats(const RenderJob& job,
     j["effects"] = effect_calls_json(input.plan, result.rays.effects);
     j["ledger"] = make_ledger(job, input, world, film);
     j["numerics"] = numerics_json(film);
-    j["numerics"]["walks_given_up"] = result.rays.walks_given_up;
-    j["numerics"]["bodies_unmatched"] = result.rays.bodies_unmatched;
-    j["numerics"]["bodies_too_deep"] = result.rays.bodies_too_deep;
+    j["numerics"]["walks_given_up"] = result.rays.walks_abandoned;
+    j["numerics"]["bodies_unmatched"] = result.rays.dielectrics_unmatched;
+    j["numerics"]["bodies_too_deep"] = result.rays.dielectrics_too_deep;
     j["numerics"]["depth_limited"] = result.rays.depth_limited;
     j["numerics"]["caustics_found"] = result.rays.caustics_found;
     j["numerics"]["caustics_capped"] = result.rays.caustics_capped;

@@ -3,9 +3,9 @@
 
 #include "app/render_frame.h"
 #include "integrator/bounce_trial.h"
-#include "integrator/branch_trial.h"
 #include "integrator/roulette_trial.h"
 #include "integrator/schedule.h"
+#include "integrator/splitting_trial.h"
 #include "integrator/world.h"
 
 #include <nlohmann/json_fwd.hpp>
@@ -20,7 +20,7 @@ nlohmann::ordered_json make_stats(const RenderJob& job,
                                   const FrameInput& input,
                                   const integrator::World& world,
                                   const integrator::GuideTraining& training,
-                                  const integrator::BranchTrial& branches,
+                                  const integrator::SplittingTrial& branches,
                                   const film::Film& film,
                                   const film::NoiseEstimate& noise,
                                   const integrator::RenderResult& result);
@@ -37,8 +37,8 @@ nlohmann::ordered_json make_estimator_stats(const RenderJob& job);
 /// The same in every run.
 nlohmann::ordered_json make_guiding_stats(const integrator::GuideTraining& training);
 
-/// What trial paths said of dividing paths; same everywhere for the same picture.
-nlohmann::ordered_json make_splitting_stats(const integrator::BranchTrial& trial);
+/// What trial paths said of dividing paths; same everywhere for the same image.
+nlohmann::ordered_json make_splitting_stats(const integrator::SplittingTrial& trial);
 
 /// By how much chances to end paths pay, as trial paths said; the same in every run.
 nlohmann::ordered_json make_roulette_stats(const integrator::RouletteTrial& trial);

@@ -163,7 +163,8 @@ class FrameStudy {
         describe();
 
         if (arguments_.resume) {
-            if (const Result<void> found = go_on(); !found) return fail(found.error(), Refused);
+            if (const Result<void> found = resume_study(); !found)
+                return fail(found.error(), Refused);
         }
         const auto render = [this](const study::RenderRequest& request) {
             return renderer_.render(request);
@@ -220,7 +221,7 @@ class FrameStudy {
         options_.width = subject_.width;
         options_.height = subject_.height;
         options_.rounds = arguments_.rounds;
-        // What a stored study must agree with: the picture, the build, and what is tried
+        // What a stored study must agree with: the image, the build, and what is tried
         std::string text =
             fmt::format("{} {:016x} {} {}",
                         settings_hash(frame_settings(job_, input_), layers_of(job_, input_.scene),
@@ -231,7 +232,7 @@ class FrameStudy {
     }
 
     /// Takes up what the folder has.
-    Result<void> go_on() {
+    Result<void> resume_study() {
         if (!std::filesystem::exists(path("study.state"))) return {};
         const Result<std::string> bytes = read_file(path("study.state"));
         if (!bytes) return bytes.error();

@@ -55,8 +55,7 @@ Result<study::Facts> StudyRenderer::facts() {
     for (size_t e = 0; e < scene::effect_count; ++e) {
         const scene::EffectInfo& info = scene::info(scene::Effect(e));
         const bool is_on = input_.plan.entries[e].state == integrator::EffectState::On;
-        if (is_on && info.kind == scene::EffectKind::Scene &&
-            integrator::can_leave_out(info.effect))
+        if (is_on && info.kind == scene::EffectKind::Scene && integrator::can_omit(info.effect))
             facts.effects.emplace_back(info.name);
     }
     return facts;

@@ -53,7 +53,7 @@ std::vector<study::FileFormat> StudyRenderer::measure_files(const study::RenderR
         film::LayerSet layers = p.renderer->layers();
         layers.float_layers = is_float;
         film::Film film({0, 0, part.grid.width, part.grid.height}, layers,
-                        {.final_sample_end = integrator::most_samples(schedule_of(p, part))});
+                        {.final_sample_end = integrator::max_samples(schedule_of(p, part))});
         if (!render_into(film, p, part)) break;
         for (const auto& [name, compression] : image::compression_table) {
             layers::FileInfo info;

@@ -16,7 +16,7 @@ bool is_subdivided(const scene::Shape& shape) {
     return mesh != nullptr && mesh->subdivision != scene::SubdivisionScheme::None;
 }
 
-/// Adds the error of each edge of the mesh that may be in the picture.
+/// Adds the error of each edge of the mesh that may be in the image.
 void add_edges(const geometry::TriangleMesh& mesh,
                const Mat4d& render_from_mesh,
                const geometry::DicingView& view,
@@ -31,7 +31,7 @@ void add_edges(const geometry::TriangleMesh& mesh,
             corners[k] = transform_point(Vec3d(mesh.corner(uint32_t(t), k)), render_from_mesh);
             box.extendBy(corners[k]);
         }
-        if (!view.may_show(box)) continue;
+        if (!view.can_show(box)) continue;
         for (int k = 0; k < 3; ++k) {
             const Vec3d &a = corners[k], &b = corners[(k + 1) % 3];
             // Scales of instances are as good as even: angles are those of the mesh

@@ -6,7 +6,7 @@
 namespace velatura::app {
 
 /// How far triangles are off the subdivision surfaces that they stand for, as an outline would show
-/// it: 99 % of the edges in the picture are off by less, in pixels. An edge is taken for the chord
+/// it: 99 % of the edges in the image are off by less, in pixels. An edge is taken for the chord
 /// of the arc that its ends' normals span, which is right to the fourth order of its length. 0
 /// where nothing is subdivided.
 double outline_error_px(const integrator::World& world);

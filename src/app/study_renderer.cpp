@@ -30,7 +30,7 @@ double cpu_seconds() {
     return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
 }
 
-/// Where in the picture the pixels of a grid lie: anywhere in their cells, the same for all renders
+/// Where in the image the pixels of a grid lie: anywhere in their cells, the same for all renders
 /// of the grid. Those of a region lie side by side.
 class GridPixels {
   public:
@@ -145,15 +145,15 @@ Result<RenderJob> StudyRenderer::job_with(const std::string& options) const {
 }
 
 std::string StudyRenderer::place_key(const RenderJob& job) const {
-    std::string left_out;
+    std::string omitted;
     for (size_t e = 0; e < scene::effect_count; ++e)
-        if (job.settings.left_out.has(scene::Effect(e)) &&
-            !job_.settings.left_out.has(scene::Effect(e)))
-            left_out += fmt::format("-{}", scene::info(scene::Effect(e)).name);
+        if (job.settings.omitted.has(scene::Effect(e)) &&
+            !job_.settings.omitted.has(scene::Effect(e)))
+            omitted += fmt::format("-{}", scene::info(scene::Effect(e)).name);
     const bool is_compensated =
         job.settings.tracer.estimator.light_sampling == integrator::LightSampling::Mis;
     return fmt::format("{} {} {} {} {} {} {} {} {}", job.arguments.texture_bias,
-                       job.arguments.volume_bounds, left_out,
+                       job.arguments.volume_bounds, omitted,
                        int(job.settings.world.light_selection), job.arguments.bvh_quality,
                        job.settings.world.dicing.rate, job.settings.world.dicing.level.value_or(-1),
                        is_compensated, job.settings.world.samples_light_area);
@@ -172,11 +172,11 @@ std::shared_ptr<const StudyRenderer::Place> StudyRenderer::find_place(const Rend
 
     const scene::Scene* scene = &input_.scene;
     for (size_t e = 0; e < scene::effect_count; ++e) {
-        if (!job.settings.left_out.has(scene::Effect(e)) ||
-            job_.settings.left_out.has(scene::Effect(e)))
+        if (!job.settings.omitted.has(scene::Effect(e)) ||
+            job_.settings.omitted.has(scene::Effect(e)))
             continue;
         if (!place->scene) place->scene = std::make_unique<scene::Scene>(input_.scene);
-        integrator::leave_out(*place->scene, scene::Effect(e));
+        integrator::omit(*place->scene, scene::Effect(e));
         scene = place->scene.get();
     }
     render::Settings settings = render_settings(job, input_);
@@ -205,10 +205,10 @@ std::shared_ptr<const StudyRenderer::Place> StudyRenderer::find_place(const Rend
 void StudyRenderer::make_room() {
     // Worlds are made again when there are too many for the memory; that of the render as it is
     // stays
-    constexpr size_t most_bytes = size_t(2) << 30;
+    constexpr size_t max_bytes = size_t(2) << 30;
     size_t bytes = 0;
     for (const auto& [key, place] : places_) bytes += place->bytes;
-    if (bytes < most_bytes) return;
+    if (bytes < max_bytes) return;
     const std::string base = place_key(job_);
     std::erase_if(prepared_, [&](const auto& p) { return p.second->place_key != base; });
     std::erase_if(places_, [&](const auto& p) { return p.first != base; });
@@ -247,7 +247,7 @@ Result<study::RenderRun> StudyRenderer::render(const study::RenderRequest& reque
     if (!prepared) return prepared.error();
     const Prepared& p = **prepared;
     film::Film film({0, 0, request.grid.width, request.grid.height}, p.renderer->layers(),
-                    {.final_sample_end = integrator::most_samples(schedule_of(p, request))});
+                    {.final_sample_end = integrator::max_samples(schedule_of(p, request))});
     return render_into(film, p, request);
 }
 

@@ -25,7 +25,7 @@ class StudyRenderer {
 
     Result<study::RenderRun> render(const study::RenderRequest& request);
 
-    /// What files of the layers take in other formats than the render's: a part of the picture of
+    /// What files of the layers take in other formats than the render's: a part of the image of
     /// the render as it is, rendered again and written into the folder. Only those that there is
     /// time for before the deadline.
     std::vector<study::FileFormat> measure_files(const study::RenderRequest& part,

@@ -3,7 +3,7 @@
 
 #include "base/asset_roots.h"
 #include "base/input_guard.h"
-#include "base/lost_pages.h"
+#include "base/mapping_guard.h"
 #include "base/package_path.h"
 #include "base/zip_archive.h"
 
@@ -57,7 +57,7 @@ class MappedBytes final : public AssetBytes {
   private:
     void* start_;
     size_t size_;
-    std::optional<WatchedMapping> watched_;
+    std::optional<GuardedMapping> watched_;
 };
 
 class PartOfBytes final : public AssetBytes {

@@ -261,7 +261,7 @@ struct ElementType<std::vector<T>> {
 /// Makes a number one that CLI11 reads as it is typed: strtoull takes -1 for 2^64 - 1 and 010 for
 /// 8, strtod takes nan. Returns: what is wrong with it, or nothing.
 template <class T>
-std::string normalise_number(std::string& text) {
+std::string normalize_number(std::string& text) {
     const auto found = ", found \"" + text + "\"";
     std::string_view digits = text;
     // from_chars takes no leading plus
@@ -301,15 +301,16 @@ Option Option::expected(int values) {
     return *this;
 }
 
-Option Option::size(int most) {
+Option Option::size(int max_count) {
     option_->delimiter('x');
     option_->type_name("W H");
-    all_->help[option_].range = "1 to " + std::to_string(most);
-    option_->check([most](const std::string& text) {
+    all_->help[option_].range = "1 to " + std::to_string(max_count);
+    option_->check([max_count](const std::string& text) {
         int value = 0;
         const auto parsed = std::from_chars(text.data(), text.data() + text.size(), value);
-        if (parsed.ec == std::errc() && value >= 1 && value <= most) return std::string();
-        return "expected a size from 1 to " + std::to_string(most) + ", found \"" + text + "\"";
+        if (parsed.ec == std::errc() && value >= 1 && value <= max_count) return std::string();
+        return "expected a size from 1 to " + std::to_string(max_count) + ", found \"" + text +
+               "\"";
     });
     return expected(2);
 }
@@ -535,7 +536,7 @@ Option Command::add_option(const std::string& name, T& destination, const std::s
     using Element = typename ElementType<T>::Type;
     if constexpr (std::is_arithmetic_v<Element>)
         option->transform(CLI::Validator(
-            [](std::string& text) { return normalise_number<Element>(text); }, std::string()));
+            [](std::string& text) { return normalize_number<Element>(text); }, std::string()));
     // A list that is no positional argument would take the positional ones that follow
     if (ElementType<T>::is_list && !option->get_positional()) option->allow_extra_args(false);
     if (!ElementType<T>::is_list) option->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);

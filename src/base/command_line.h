@@ -26,8 +26,8 @@ class Option {
     Option required(bool is_required = true);
     /// Exactly this number of values.
     Option expected(int values);
-    /// A width and a height from 1 to `most`, as "320 180" or "320x180".
-    Option size(int most);
+    /// A width and a height from 1 to `max_count`, as "320 180" or "320x180".
+    Option size(int max_count);
     /// Repeatable: the values of all occurrences count. Without it the last occurrence of an option
     /// with a fixed number of values wins.
     Option take_all();

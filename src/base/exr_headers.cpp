@@ -129,7 +129,7 @@ class HeaderWalk {
         if (!file_.read(bytes.data(), bytes.size())) return false;
         uint32_t size = 0;
         std::memcpy(&size, bytes.data(), sizeof size);
-        if (size > most_bytes || size > size_ - uint64_t(file_.tellg())) return false;
+        if (size > max_bytes || size > size_ - uint64_t(file_.tellg())) return false;
         if (type == "chlist") return pass_channels(size);
         if (!is_size_of(type, size)) return false;
         if (type == "box2i" && attribute == "dataWindow") return pass_window();
@@ -197,7 +197,7 @@ class HeaderWalk {
     bool pass(uint32_t bytes) { return bool(file_.seekg(std::streamoff(bytes), std::ios::cur)); }
 
     /// OpenEXR counts by int.
-    static constexpr uint32_t most_bytes = 0x7fffffff;
+    static constexpr uint32_t max_bytes = 0x7fffffff;
 
     std::istream& file_;
     uint64_t size_;
@@ -242,15 +242,15 @@ int exr_lines_per_chunk(uint32_t compression) {
     return lines[std::min<size_t>(compression, lines.size() - 1)];
 }
 
-std::string fault_of_exr_headers(std::istream& file, uint64_t file_bytes, int version) {
+std::string exr_header_error(std::istream& file, uint64_t file_bytes, int version) {
     HeaderWalk walk(file, file_bytes, version);
     return walk.start() ? walk.fault() : std::string();
 }
 
-std::string fault_of_exr_headers(std::string_view file, int version) {
+std::string exr_header_error(std::string_view file, int version) {
     ViewBuffer buffer(file);
     std::istream stream(&buffer);
-    return fault_of_exr_headers(stream, file.size(), version);
+    return exr_header_error(stream, file.size(), version);
 }
 
 }  // namespace velatura

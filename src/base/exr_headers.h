@@ -20,9 +20,9 @@ int exr_lines_per_chunk(uint32_t compression);
 /// than 64 MB and 16384 times the bytes of the file. Files that are none are left to OpenEXR to
 /// refuse. `version`: of the OpenEXR that is to read it, 301 for 3.1, as it reads lists of names
 /// for ids by it.
-std::string fault_of_exr_headers(std::istream& file, uint64_t file_bytes, int version);
+std::string exr_header_error(std::istream& file, uint64_t file_bytes, int version);
 
 /// The same of a file in memory.
-std::string fault_of_exr_headers(std::string_view file, int version);
+std::string exr_header_error(std::string_view file, int version);
 
 }  // namespace velatura

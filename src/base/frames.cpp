@@ -19,9 +19,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t most_frames = 1'000'000;
+constexpr size_t max_frames = 1'000'000;
 constexpr double largest_frame = 1e7;
-constexpr int most_digits = 32;
+constexpr int max_digits = 32;
 
 bool is_digit(char c) {
     return c >= '0' && c <= '9';
@@ -55,7 +55,7 @@ std::optional<int> width_at(std::string_view text, size_t i, size_t& end) {
     if (end == i) return 0;
     int width = 0;
     const auto parsed = std::from_chars(text.data() + i, text.data() + end, width);
-    if (parsed.ec != std::errc() || width > most_digits) return std::nullopt;
+    if (parsed.ec != std::errc() || width > max_digits) return std::nullopt;
     return width;
 }
 
@@ -64,7 +64,7 @@ std::optional<Marker> marker_at(std::string_view text, size_t i) {
     if (text[i] == '#') {
         end = std::min(text.find_first_not_of('#', i), text.size());
         const size_t count = end - i;
-        if (count > size_t(most_digits) || (count == 1 && is_digit(char_at(text, end))))
+        if (count > size_t(max_digits) || (count == 1 && is_digit(char_at(text, end))))
             return std::nullopt;
         return Marker{count, int(count), count > 1};
     }
@@ -238,7 +238,7 @@ Result<std::vector<double>> parse_frames(std::string_view text) {
         if (!first || !last || !step || *step <= 0.0) return frames_error(text);
         const double direction = *last >= *first ? *step : -*step;
         const double count = std::floor((*last - *first) / direction + 1e-9) + 1.0;
-        if (count + double(frames.size()) > double(most_frames)) return frames_error(text);
+        if (count + double(frames.size()) > double(max_frames)) return frames_error(text);
         for (double i = 0; i < count; ++i) frames.push_back(*first + i * direction);
     }
     std::set<double> seen;

@@ -102,7 +102,7 @@ struct Page {
     const CLI::App& command;
     const HelpOf& help_of;
     bool is_complete = true;
-    size_t left_out = 0;
+    size_t omitted = 0;
     std::string text;
 
     void section(const std::string& heading, const std::string& entries) {
@@ -122,7 +122,7 @@ struct Page {
                 is_about_help(command, option)) {
                 entries += entry(head_of(*option, help), text_of(*option, help));
             } else {
-                ++left_out;
+                ++omitted;
             }
         }
         return entries;
@@ -192,8 +192,8 @@ std::string help_page(const CLI::App& command,
     page.text += "\nUsage: " + usage_of(command, name) + "\n";
     page.add_options();
     page.add_commands();
-    if (page.left_out > 0)
-        page.text += fmt::format("\n{} more options: {} --help-all\n", page.left_out, name);
+    if (page.omitted > 0)
+        page.text += fmt::format("\n{} more options: {} --help-all\n", page.omitted, name);
     if (!below.example.empty()) {
         std::istringstream lines(below.example);
         std::string example;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/isolated.h"
 
-#include "base/lost_pages.h"
+#include "base/mapping_guard.h"
 #include "base/process_limits.h"
 
 #include <fmt/format.h>
@@ -26,7 +26,7 @@ namespace {
                                 const std::function<std::string()>& work) {
     // Nobody waits for what a reader that is lost in a file may find
     prctl(PR_SET_PDEATHSIG, SIGKILL);
-    end_at_lost_pages();
+    exit_on_truncated_files();
     set_limit(RLIMIT_CORE, 0);
     set_limit(RLIMIT_CPU, limits.cpu_seconds);
     if (limits_addresses) set_limit(RLIMIT_AS, limits.address_bytes);

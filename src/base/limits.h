@@ -28,7 +28,7 @@ struct Limits {
     size_t array_bytes =
         size_t(1)
         << 30;  ///< of what a .usdc file holds compressed, beside 1024 for each of its bytes
-    int picture_side = 1 << 20;  ///< pixels of a texture
+    int image_side = 1 << 20;  ///< pixels of a texture
     DecodeLimits decoding;
 };
 

@@ -26,7 +26,7 @@ using Mat4 = Imath::M44f;   ///< row vectors: v' = v · M, translation in row 3
 using Mat4d = Imath::M44d;  ///< the same in double; USD's convention
 using Box3 = Imath::Box3f;
 using Box3d = Imath::Box3d;
-using Rgb = Imath::C3f;  ///< scene-linear colour in the working space
+using Rgb = Imath::C3f;  ///< scene-linear color in the working space
 
 inline constexpr float pi = 3.14159265358979323846f;
 inline constexpr float inv_pi = 0.31830988618379067154f;
@@ -110,7 +110,7 @@ inline Imath::Vec3<T> transform_direction(const Imath::Vec3<T>& v, const Imath::
             v.x * m[0][2] + v.y * m[1][2] + v.z * m[2][2]};
 }
 
-/// Cofactor matrix of the upper 3×3: transforms normals (n' = n · C, not normalised) without an
+/// Cofactor matrix of the upper 3×3: transforms normals (n' = n · C, not normalized) without an
 /// inverse, also for singular matrices; flips with the sign of the determinant.
 template <class T>
 inline Imath::Matrix33<T> cofactor_matrix(const Imath::Matrix44<T>& m) {

@@ -64,7 +64,7 @@ bool take_what_was_put_aside() {
     return memory != nullptr;
 }
 
-/// What Granted lifts the limit by, each time.
+/// What an Exemption lifts the limit by, each time.
 constexpr size_t granted_bytes = size_t(4) << 20;
 constexpr int max_granted_steps = 64;
 
@@ -122,15 +122,15 @@ void MemoryLimit::find_memory_or_throw() {
     rlimit limit = {};
     getrlimit(RLIMIT_DATA, &limit);
     // Refused within the hard limit, which is the machine's own, a thread is granted nothing
-    if (is_set() && Granted::depth > 0 && Granted::steps < max_granted_steps &&
+    if (is_set() && Exemption::depth > 0 && Exemption::steps < max_granted_steps &&
         limit.rlim_cur < limit.rlim_max) {
-        ++Granted::steps;
+        ++Exemption::steps;
         return limit_writable(limit.rlim_cur + granted_bytes);
     }
     if (!take_what_was_put_aside()) throw std::bad_alloc();
 }
 
-void put_memory_aside() {
+void reserve_memory() {
     std::set_new_handler(MemoryLimit::find_memory_or_throw);
     if (!aside) aside = std::malloc(aside_bytes);
 }
@@ -139,7 +139,7 @@ void MemoryLimit::enforce(const char* doing) {
     if (!is_set()) return;
     now_doing = doing;
     give_back();
-    put_memory_aside();
+    reserve_memory();
     limit_to_what_is_left();
     is_enforced = true;
 }
@@ -149,11 +149,11 @@ void MemoryLimit::watch() {
     is_enforced = false;
 }
 
-MemoryLimit::Lifted::Lifted() : was_enforced_(is_enforced) {
+MemoryLimit::Suspension::Suspension() : was_enforced_(is_enforced) {
     if (was_enforced_) limit_writable(RLIM_INFINITY);
 }
 
-MemoryLimit::Lifted::~Lifted() {
+MemoryLimit::Suspension::~Suspension() {
     if (was_enforced_) limit_to_what_is_left();
 }
 
@@ -161,7 +161,7 @@ void MemoryLimit::give_back() {
     malloc_trim(0);
 }
 
-void MemoryLimit::note_refusal(size_t bytes) {
+void MemoryLimit::note_rejection(size_t bytes) {
     last_refused = bytes;
 }
 

@@ -18,7 +18,7 @@ size_t machine_bytes();
 /// Puts memory aside, which operator new gets when it finds no other: what must not throw,
 /// destructors of libraries among it, and whoever says what happened still have some then. For
 /// programs to call once, at the begin of main().
-void put_memory_aside();
+void reserve_memory();
 
 /// Keeps the resident memory of this process below a limit while the object lives; one at a time.
 /// In two ways by turns: enforced, the kernel refuses what would go beyond it, so that allocations
@@ -44,34 +44,34 @@ class MemoryLimit {
     /// Gives memory that was freed back to the kernel.
     static void give_back();
 
-    /// While one lives the kernel grants what is asked for, also where it is enforced before and
-    /// after: for what would not survive a refusal, such as the threads that libraries start as
-    /// they are opened.
-    class Lifted {
+    /// Suspends enforcement while it lives: for code that cannot handle failed allocations, such as
+    /// the threads that libraries start when they are opened.
+    class Suspension {
       public:
-        Lifted();
-        /// Enforced again, as far as it was: allocations fail at once where too much was taken.
-        ~Lifted();
-        Lifted(const Lifted&) = delete;
-        Lifted& operator=(const Lifted&) = delete;
+        Suspension();
+        /// Enforces the limit again if it was enforced before: allocations fail at once when too
+        /// much was taken.
+        ~Suspension();
+        Suspension(const Suspension&) = delete;
+        Suspension& operator=(const Suspension&) = delete;
 
       private:
         bool was_enforced_;
     };
 
-    /// While one lives, this thread is granted what it asks for with operator new, a little above
-    /// the limit if need be: for libraries that others would wait for in vain when they failed.
-    /// What needs 256 MB more is refused: a damaged file asks for it. Costs next to nothing.
-    class Granted {
+    /// Exempts operator new of this thread from the limit while it lives, up to 256 MB above it:
+    /// for libraries whose failed allocations would leave other threads waiting. Larger requests,
+    /// as of a damaged file, fail. Cost: two additions.
+    class Exemption {
       public:
-        Granted() {
+        Exemption() {
             if (depth++ == 0) steps = 0;
         }
 
-        ~Granted() { --depth; }
+        ~Exemption() { --depth; }
 
-        Granted(const Granted&) = delete;
-        Granted& operator=(const Granted&) = delete;
+        Exemption(const Exemption&) = delete;
+        Exemption& operator=(const Exemption&) = delete;
 
       private:
         friend class MemoryLimit;
@@ -85,8 +85,8 @@ class MemoryLimit {
 
     /// For operator new of a program: it found no memory for this many bytes, and will ask for
     /// more memory or throw.
-    static void note_refusal(size_t bytes);
-    /// Of the last refusal; 0: none, or not of operator new.
+    static void note_rejection(size_t bytes);
+    /// Of the last rejection; 0: none, or not of operator new.
     static size_t refused_bytes();
 
     static bool is_set();
@@ -99,7 +99,7 @@ class MemoryLimit {
     static size_t left();
 
   private:
-    friend void put_memory_aside();
+    friend void reserve_memory();
     static void find_memory_or_throw();
 };
 

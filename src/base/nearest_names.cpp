@@ -43,7 +43,7 @@ size_t edit_distance(std::string_view a, std::string_view b) {
 
 std::vector<std::string> nearest_names(std::string_view misspelt,
                                        std::span<const std::string> names,
-                                       size_t most) {
+                                       size_t max) {
     const size_t allowed = std::max<size_t>(2, misspelt.size() / 3);
     std::vector<std::pair<size_t, std::string>> near;
     for (const std::string& name : names) {
@@ -58,7 +58,7 @@ std::vector<std::string> nearest_names(std::string_view misspelt,
     std::sort(near.begin(), near.end());
     near.erase(std::unique(near.begin(), near.end()), near.end());
     std::vector<std::string> found;
-    for (size_t i = 0; i < std::min(most, near.size()); ++i) found.push_back(near[i].second);
+    for (size_t i = 0; i < std::min(max, near.size()); ++i) found.push_back(near[i].second);
     return found;
 }
 
@@ -71,7 +71,7 @@ std::string nearest_spelling(std::string_view written, std::span<const std::stri
         return letters <= 4 ? size_t(1) : std::max<size_t>(2, letters / 3);
     };
     std::string nearest;
-    size_t least = SIZE_MAX;
+    size_t min = SIZE_MAX;
     const std::string_view tail = tail_of(written);
     for (const std::string& name : names) {
         if (name == written) return {};
@@ -93,8 +93,8 @@ std::string nearest_spelling(std::string_view written, std::span<const std::stri
             const size_t edits = edit_distance(written, name);
             if (edits <= 2) distance = std::min(distance, edits);
         }
-        if (distance < least) {
-            least = distance;
+        if (distance < min) {
+            min = distance;
             nearest = name;
         }
     }

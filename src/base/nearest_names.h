@@ -9,7 +9,7 @@
 
 namespace velatura {
 
-/// Letters to insert, drop, change or swap with their neighbour to make one of the other; upper and
+/// Letters to insert, drop, change or swap with their neighbor to make one of the other; upper and
 /// lower case are the same. Ref: Damerau 1964, restricted to one edit per place.
 size_t edit_distance(std::string_view a, std::string_view b);
 
@@ -17,7 +17,7 @@ size_t edit_distance(std::string_view a, std::string_view b);
 /// (at least two), or one begins with the other.
 std::vector<std::string> nearest_names(std::string_view misspelt,
                                        std::span<const std::string> names,
-                                       size_t most = 3);
+                                       size_t max = 3);
 
 /// The name that a typing error may have made of: at most two letters away or a third of them, one
 /// where there are but four. Of names with ':' the parts behind the last one are compared where

@@ -34,7 +34,7 @@ void write_holder(int fd) {
     std::array<char, 65> host{};
     ::gethostname(host.data(), host.size() - 1);
     const std::string text = fmt::format("process {} on {}", ::getpid(), host.data());
-    // Only for a message: that nothing could be written is found out by who writes the picture
+    // Only for a message: that nothing could be written is found out by who writes the image
     [[maybe_unused]] const bool is_done =
         ::ftruncate(fd, 0) == 0 && ::pwrite(fd, text.data(), text.size(), 0) >= 0;
 }

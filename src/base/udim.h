@@ -7,7 +7,7 @@
 
 namespace velatura {
 
-/// Tiles of a picture that is stored in several files, ten in a row: "<UDIM>" in a name stands for
+/// Tiles of an image that is stored in several files, ten in a row: "<UDIM>" in a name stands for
 /// their numbers.
 inline constexpr int udim_first = 1001;
 inline constexpr int udim_count = 100;

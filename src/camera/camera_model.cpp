@@ -57,7 +57,7 @@ CameraModel::CameraModel(const scene::Camera& camera, int width, int height)
       shutter_(camera.shutter_full, camera.shutter_falling),
       exposure_scale_(float(camera.exposure_scale)) {
     VELATURA_CHECK(width >= 1 && height >= 1, "an image has at least one pixel");
-    // A lens focused at its own plane forms no picture: pinhole
+    // A lens focused at its own plane forms no image: pinhole
     if (camera.lens_radius > 0.0 && camera.focus_distance > 0.0) lens_radius_ = camera.lens_radius;
     if (camera.lens_blades > 0)
         aperture_.emplace(camera.lens_blades, camera.lens_rotation_deg, camera.lens_roundness);

@@ -25,18 +25,18 @@ struct CameraRay {
     float cone_spread = 0;
 };
 
-/// Rays of a camera over a picture of width × height pixels. Immutable; all arithmetic inside is
+/// Rays of a camera over an image of width × height pixels. Immutable; all arithmetic inside is
 /// double, scale by a power of two gives bit-identical directions and exactly scaled origins.
 class CameraModel {
   public:
-    /// Args: camera as `translate` conformed it; width, height of the whole picture (not of a
+    /// Args: camera as `translate` conformed it; width, height of the whole image (not of a
     /// crop), >= 1.
     CameraModel(const scene::Camera& camera, int width, int height);
 
     /// The ray through a film point.
-    /// Args: film_point in pixels, x right, y down, (0,0) = upper left corner, pixel centres at .5;
+    /// Args: film_point in pixels, x right, y down, (0,0) = upper left corner, pixel centers at .5;
     /// may lie outside
-    ///       the picture. u_lens in [0,1)², unused by a pinhole. time: 0 as the shutter opens, 1 as
+    ///       the image. u_lens in [0,1)², unused by a pinhole. time: 0 as the shutter opens, 1 as
     ///       it closes; of no consequence where the camera does not move.
     CameraRay generate_ray(const Vec2& film_point, const Vec2& u_lens, float time = 0.0f) const;
 
@@ -60,7 +60,7 @@ class CameraModel {
     Mat4d world_to_camera() const { return world_to_camera_; }
 
     /// World to NDC in the convention of the EXR attribute `worldToNDC`: after division by w, (0,0)
-    /// is the upper left and (1,1) the lower right corner of the picture; z is 0 on the near plane
+    /// is the upper left and (1,1) the lower right corner of the image; z is 0 on the near plane
     /// and 1 on the far plane (1 at infinity).
     Mat4d world_to_ndc() const { return world_to_ndc_; }
 

@@ -29,7 +29,7 @@ function(compile_files_quickly)
 endfunction()
 
 # add_tier(NAME [HOT|COLD] SOURCES ... HEADERS ... DEPENDS ...): static library velatura_NAME; slashes become underscores.
-# HOT: what every path goes through, optimised further in release builds. COLD: see compile_quickly.
+# HOT: what every path goes through, optimized further in release builds. COLD: see compile_quickly.
 function(add_tier name)
   cmake_parse_arguments(TIER "HOT;COLD" "" "SOURCES;HEADERS;DEPENDS" ${ARGN})
   string(REPLACE "/" "_" target velatura_${name})

@@ -42,7 +42,7 @@ double ratio(float stored, double sum) {
     return sum > 0.0 ? double(stored) / sum : 1.0;
 }
 
-/// `over` from front to back, in float as flat pictures are made of deep ones.
+/// `over` from front to back, in float as flat images are made of deep ones.
 struct Flat {
     float alpha = 0;
 
@@ -123,17 +123,17 @@ DeepFilm::Entry* DeepFilm::find(std::vector<Entry>& pixel, const Entry& added) c
 /// many.
 void DeepFilm::limit(std::vector<Entry>& pixel) const {
     const auto covers = [](const Entry& e) { return e.kind != DepthKind::None; };
-    if (std::count_if(pixel.begin(), pixel.end(), covers) <= options_.most_samples) return;
+    if (std::count_if(pixel.begin(), pixel.end(), covers) <= options_.max_samples) return;
     // What covers by depth, then the background
     std::stable_sort(pixel.begin(), pixel.end(), [&](const Entry& a, const Entry& b) {
         return covers(a) != covers(b) ? covers(a) : covers(a) && a.depth() < b.depth();
     });
     size_t best = 0;
-    double least = std::numeric_limits<double>::infinity();
+    double min = std::numeric_limits<double>::infinity();
     for (size_t i = 0; i + 1 < pixel.size() && covers(pixel[i + 1]); ++i) {
         const double growth = (pixel[i + 1].depth() - pixel[i].depth()) / pixel[i].depth();
-        if (growth >= least) continue;
-        least = growth;
+        if (growth >= min) continue;
+        min = growth;
         best = i;
     }
     if (pixel[best].kind == DepthKind::Volume && pixel[best + 1].kind == DepthKind::Surface) {
@@ -204,14 +204,14 @@ size_t DeepFilm::memory_bytes() const {
     return bytes;
 }
 
-std::string deep_path(const std::string& picture) {
-    const std::filesystem::path path(picture);
+std::string deep_path(const std::string& image) {
+    const std::filesystem::path path(image);
     return (path.parent_path() / (path.stem().string() + ".deep" + path.extension().string()))
         .string();
 }
 
-Result<layers::DeepImage> write_deep_picture(const DeepFilm& film, const std::string& picture) {
-    const auto reader = image::ExrReader::open(picture);
+Result<layers::DeepImage> write_deep_image(const DeepFilm& film, const std::string& image) {
+    const auto reader = image::ExrReader::open(image);
     if (!reader) return reader.error();
     // Of the first part, which holds all layers where there is one
     const Window& window = reader->header().data;
@@ -238,10 +238,10 @@ Result<layers::DeepImage> write_deep_picture(const DeepFilm& film, const std::st
     how["schema"] = "velatura.deep/1";
     how["surfaceTolerance"] = film.options().surface_tolerance;
     how["segmentGrowth"] = film.options().segment_growth;
-    how["mostSamples"] = film.options().most_samples;
-    how["picture"] = std::filesystem::path(picture).filename().string();
+    how["mostSamples"] = film.options().max_samples;
+    how["picture"] = std::filesystem::path(image).filename().string();
     deep.attributes["velatura/deep"] = how.dump();
-    if (const auto written = layers::write_deep_file(deep_path(picture), deep); !written)
+    if (const auto written = layers::write_deep_file(deep_path(image), deep); !written)
         return written.error();
     return deep;
 }

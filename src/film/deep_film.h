@@ -17,7 +17,7 @@ struct DeepOptions {
     /// Volumes are cut where the depth has grown by this part.
     float segment_growth = 0.125f;
     /// Deep samples that a pixel may have; beyond it the two nearest to each other become one.
-    int most_samples = 32;
+    int max_samples = 32;
 };
 
 /// Where the light of the camera samples of each pixel comes from, by depth. A function of the
@@ -31,9 +31,9 @@ class DeepFilm {
     /// Adds the next sample of a pixel. Weights must not be negative.
     void add(int x, int y, const SampleRadiance& sample);
 
-    /// The deep picture, whose samples laid over each other from front to back give `rgba`:
-    /// [height][width][4], the picture of the same camera samples as its file stores it. What it
-    /// rounds differently from the sum of the samples goes into their colours.
+    /// The deep image, whose samples laid over each other from front to back give `rgba`:
+    /// [height][width][4], the image of the same camera samples as its file stores it. What it
+    /// rounds differently from the sum of the samples goes into their colors.
     layers::DeepImage image(const std::vector<float>& rgba) const;
 
     const DeepOptions& options() const { return options_; }
@@ -72,11 +72,11 @@ class DeepFilm {
 };
 
 /// "shot.deep.exr" of "shot.exr".
-std::string deep_path(const std::string& picture);
+std::string deep_path(const std::string& image);
 
-/// Writes the deep picture beside the file of its flat one, which was written from the same samples
+/// Writes the deep image beside the file of its flat one, which was written from the same samples
 /// and says what the deep samples must add up to. Errors: as image::ExrReader,
 /// image::write_deep_file.
-Result<layers::DeepImage> write_deep_picture(const DeepFilm& film, const std::string& picture);
+Result<layers::DeepImage> write_deep_image(const DeepFilm& film, const std::string& image);
 
 }  // namespace velatura::film

@@ -27,7 +27,7 @@ bool comes_before(const BadSample& a, const BadSample& b) {
     return std::tie(a.sample, a.y, a.x) < std::tie(b.sample, b.y, b.x);
 }
 
-/// Why the sample would spoil the picture or, by data that is not finite, the data layers.
+/// Why the sample would spoil the image or, by data that is not finite, the data layers.
 BadSampleReason fault_of(const SampleRadiance& s) {
     if (const BadSampleReason bad = s.bad_reason(); bad != BadSampleReason::None) return bad;
     if (!std::isfinite(s.weight) || !std::isfinite(s.alpha)) return BadSampleReason::Other;
@@ -215,7 +215,7 @@ NoiseEstimate Film::noise() const {
         }
     }
     result.samples_mean = double(samples) / double(w.pixel_count());
-    const auto fill = [&](int y, size_t at, statistics::NoisyPicture& strip) {
+    const auto fill = [&](int y, size_t at, statistics::NoisyImage& strip) {
         for (int x = w.x0; x < w.x1; ++x, ++at) {
             const accumulate::PixelHalves h =
                 accumulate::resolve_halves(sums_, x, y, AccumulatorTable::beauty);
@@ -227,7 +227,7 @@ NoiseEstimate Film::noise() const {
         }
         return true;
     };
-    const std::optional<statistics::RelativeError> error = statistics::picture_error(w, fill);
+    const std::optional<statistics::RelativeError> error = statistics::image_error(w, fill);
     result.is_known = error.has_value();
     if (error) result.error = *error;
     return result;

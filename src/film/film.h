@@ -7,7 +7,7 @@
 #include "film/layer_set.h"
 #include "film/sample_radiance.h"
 #include "layers/layer_file.h"
-#include "statistics/picture_error.h"
+#include "statistics/image_error.h"
 
 #include <cstdint>
 #include <memory>
@@ -21,15 +21,17 @@ using layers::BadSample;
 using layers::FileInfo;
 using layers::WriteReport;
 
-/// The sums of one pixel over consecutive samples. One per thread, used again for every pixel.
+/// Sums of one pixel over consecutive samples. One per thread, reused for every pixel: between
+/// Film::begin_pixel() and Film::end_pixel() it belongs to one pixel.
 class PixelAccumulator {
   public:
     explicit PixelAccumulator(const LayerSet& set);
 
-    /// Adds the next sample: begin_pixel's first_sample, then one more each time. Bad samples are
-    /// counted, not summed.
+    /// Adds the next sample: first_sample of begin_pixel(), then one more each time. Bad samples
+    /// (not finite, negative, out of range) are counted and skipped.
     void add(const SampleRadiance& sample);
 
+    /// Index of the sample that the next add() takes.
     uint64_t next_sample() const { return record_.end; }
 
   private:
@@ -60,69 +62,89 @@ class PixelAccumulator {
     DeepFilm* deep_ = nullptr;                     ///< of the film, if it is deep
 };
 
-/// How noisy the picture is, from its two half images.
+/// Noise of the image, estimated from its two half images.
 struct NoiseEstimate {
-    statistics::RelativeError error;  ///< docs/engineering/numerics.md, Error
-    uint64_t samples_min = 0, samples_max = 0;
-    double samples_mean = 0;
-    uint64_t invalid = 0;
+    statistics::RelativeError error;            ///< √relMSE (docs/engineering/numerics.md, Error)
+    uint64_t samples_min = 0, samples_max = 0;  ///< per pixel
+    double samples_mean = 0;                    ///< spp
+    uint64_t invalid = 0;                       ///< bad samples of all pixels
     bool is_known = false;  ///< false before every pixel has a sample in each half
 };
 
+/// What a Film can know before its first sample.
 struct FilmOptions {
-    /// No sample of this index or above will ever be added; saves memory for counts that are no
-    /// power of two and changes no bit. 0 = unknown; required with FileInfo::store_sums.
+    /// Upper bound of sample indices, exclusive. Saves memory for counts that are no power of two
+    /// and changes no bit. 0 = unknown; required with FileInfo::store_sums.
     uint64_t final_sample_end = 0;
 };
 
-/// Accumulates samples into light layers. The result depends on the samples alone: not on the order
-/// of tiles and passes, nor on threads, nor on how the sample range was split. Threads: one pixel
-/// belongs to one task and one 16×16 tile (aligned to the data window's corner) to one task at a
-/// time; different tiles may be filled at the same time. Reading (snapshot, noise, write) needs all
-/// tasks at rest.
+/// Accumulates samples into light layers.
+///
+/// Result:  a function of the samples alone: independent of the order of tiles and passes, of
+///          threads, and of how the range of samples is split among films that are merged.
+/// Shape:   pixels of window(), origin top left; tiles of 16×16 pixels, aligned to its corner.
+/// Units:   scene-linear radiance, premultiplied by alpha; memory in bytes.
+/// Threads: different tiles can be filled at the same time; a tile, and a pixel, belongs to one
+///          task at a time. "At rest" below: no task fills the film.
+/// Ref:     docs/adr/0003-dyadic-sums.md.
 class Film {
   public:
     static constexpr int tile_size = accumulate::SampleSums::tile_size;
 
+    // Construction
+
+    /// An empty film.
     Film(const Window& data_window, const LayerSet& set, const FilmOptions& options = {});
-    /// A film that goes on from sums that were stored, and from the bad samples found on the way.
+
+    /// Resumes from stored sums and the bad samples that were found so far.
     Film(accumulate::SampleSums sums, std::vector<BadSample> bad);
 
+    /// Accumulates a deep image as well. Before the first sample.
+    void make_deep(const DeepOptions& options);
+
+    // Filling. Each pixel: begin_pixel(), PixelAccumulator::add() …, end_pixel()
+
+    /// Starts samples first_sample, first_sample + 1, … of the pixel (x, y) of the window.
+    /// They must follow those that the pixel has.
+    void begin_pixel(PixelAccumulator& accumulator, int x, int y, uint64_t first_sample) const;
+
+    /// Moves the sums of the accumulator into the film.
+    void end_pixel(PixelAccumulator& accumulator);
+
+    /// Index of the first sample that the pixel lacks.
+    uint64_t next_sample(int x, int y) const { return sums_.record(x, y).end; }
+
+    /// Stores the sampling rate of a pixel with its samples. At rest.
+    void set_rate(int x, int y, uint8_t rate) { sums_.set_rate(x, y, rate); }
+
+    // Reading. At rest, except for window() and layer_set()
+
+    /// Pixels that are rendered: the EXR data window.
     const Window& window() const { return sums_.window(); }
 
     const LayerSet& layer_set() const { return sums_.layer_set(); }
 
-    /// Gathers samples by depth as well; before the first.
-    void make_deep(const DeepOptions& options);
+    NoiseEstimate noise() const;
 
-    /// Null if it does not.
+    /// Number of bad samples.
+    uint64_t invalid_count() const;
+
+    /// The first 16 bad samples by pixel and sample index, in whatever order they came.
+    std::vector<BadSample> bad_samples() const;
+
+    /// Samples by depth; null without make_deep().
     const DeepFilm* deep() const { return deep_.get(); }
 
-    /// Starts samples first_sample, first_sample + 1, … of a pixel; they must follow what the pixel
-    /// has already.
-    void begin_pixel(PixelAccumulator& accumulator, int x, int y, uint64_t first_sample) const;
-    /// Moves the sums of the accumulator into the film.
-    void end_pixel(PixelAccumulator& accumulator);
-
-    /// First sample the pixel does not have yet.
-    uint64_t next_sample(int x, int y) const { return sums_.record(x, y).end; }
-
-    /// Keeps a pixel's rate beside its samples. Needs all tasks at rest.
-    void set_rate(int x, int y, uint8_t rate) { sums_.set_rate(x, y, rate); }
-
-    NoiseEstimate noise() const;
-    uint64_t invalid_count() const;
-    /// The first 16 bad samples by pixel and sample index, whatever order they came in.
-    std::vector<BadSample> bad_samples() const;
+    /// The sums themselves, for merging and resuming.
+    const accumulate::SampleSums& sums() const { return sums_; }
 
     size_t memory_bytes() const {
         return sums_.memory_bytes() + (deep_ ? deep_->memory_bytes() : 0);
     }
 
-    const accumulate::SampleSums& sums() const { return sums_; }
-
-    /// Writes the file of light layers. Errors as image::write_layer_file; code "closure-failed"
-    /// and "verify-failed" end with exit code 4.
+    /// Writes the EXR of light layers (docs/reference/layers.md).
+    /// Errors: those of layers::write_layer_file; "closure-failed" (layers do not sum to the
+    ///         beauty) and "verify-failed" (the written file differs) are exit code 4.
     Result<WriteReport> write(const std::string& path, FileInfo info) const;
 
   private:

@@ -109,16 +109,16 @@ class Parser {
         PathPattern all;
         all.kind = PathPattern::Kind::Repeat;
         if (take('*')) {
-            all.most = -1;
+            all.max = -1;
         } else if (take('+')) {
-            all.least = 1;
-            all.most = -1;
+            all.min = 1;
+            all.max = -1;
         } else if (peek() == '?') {
             fail("? is not supported: write {0,1}");
         } else if (take('{')) {
-            all.least = all.most = number();
-            if (take(',')) all.most = peek() == '}' ? -1 : number();
-            if (all.most >= 0 && all.most < all.least) fail("the second count is below the first");
+            all.min = all.max = number();
+            if (take(',')) all.max = peek() == '}' ? -1 : number();
+            if (all.max >= 0 && all.max < all.min) fail("the second count is below the first");
             expect('}', "after the count");
         } else {
             return part;

@@ -20,7 +20,7 @@ struct PathPattern {
     Kind kind = Kind::Event;
     SymbolSet event;                 ///< of an Event
     std::vector<PathPattern> parts;  ///< of the others; one for Repeat
-    int least = 0, most = 0;         ///< of Repeat; most < 0: any number
+    int min = 0, max = 0;            ///< of Repeat; most < 0: any number
 };
 
 /// The longest expression, the deepest brackets and the largest count in {n} that are read.

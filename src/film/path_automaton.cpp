@@ -17,7 +17,7 @@ namespace {
 /// Nodes with edges that wait for a symbol or for nothing (Thompson 1968).
 class Nodes {
   public:
-    static constexpr size_t most = 1 << 13;
+    static constexpr size_t max = 1 << 13;
     static constexpr int none = -1;
 
     int add() {
@@ -27,7 +27,7 @@ class Nodes {
 
     void join(int from, int to) { list_[size_t(from)].free.push_back(to); }
 
-    bool is_full() const { return list_.size() > most; }
+    bool is_full() const { return list_.size() > max; }
 
     /// Adds what matches the pattern after `from`. Returns: where it ends.
     int append(const PathPattern& pattern, int from) {
@@ -74,14 +74,14 @@ class Nodes {
 
     int append_repeat(const PathPattern& pattern, int from) {
         int at = fresh(from);
-        for (int i = 0; i < pattern.least; ++i) at = append(pattern.parts[0], fresh(at));
+        for (int i = 0; i < pattern.min; ++i) at = append(pattern.parts[0], fresh(at));
         const int end = add();
         join(at, end);
-        for (int i = pattern.least; i < pattern.most; ++i) {
+        for (int i = pattern.min; i < pattern.max; ++i) {
             at = append(pattern.parts[0], fresh(at));
             join(at, end);
         }
-        if (pattern.most < 0) join(append(pattern.parts[0], fresh(at)), at);
+        if (pattern.max < 0) join(append(pattern.parts[0], fresh(at)), at);
         return end;
     }
 
@@ -112,12 +112,12 @@ class AutomatonBuilder {
         const size_t start = number_of(first);
         size_t work = 0;
         for (size_t at = 0; at < subsets_.size(); ++at) {
-            if (subsets_.size() > PathAutomaton::most_states)
+            if (subsets_.size() > PathAutomaton::max_states)
                 return Error{"lpe", fmt::format("light path expressions: together they need more "
                                                 "than {} states; use fewer or simpler ones",
-                                                PathAutomaton::most_states)};
+                                                PathAutomaton::max_states)};
             work += subsets_[at].size();
-            if (work > most_work) return Error{"lpe", "light path expressions: too long"};
+            if (work > max_work) return Error{"lpe", "light path expressions: too long"};
             expand(at);
         }
         drop_dead();
@@ -127,7 +127,7 @@ class AutomatonBuilder {
 
   private:
     using Subset = std::vector<int>;
-    static constexpr size_t most_work = 1 << 17;  ///< nodes of all subsets together
+    static constexpr size_t max_work = 1 << 17;  ///< nodes of all subsets together
 
     using Memberships = std::vector<bool>;
 
@@ -278,10 +278,10 @@ std::optional<Error> fault_of(const accumulate::PathLayer& layer,
 Result<PathAutomaton> PathAutomaton::make(const std::vector<accumulate::PathLayer>& layers,
                                           bool is_strict,
                                           const std::vector<accumulate::LightGroup>& groups) {
-    if (layers.size() > most_layers)
+    if (layers.size() > max_layers)
         return Error{"lpe",
                      fmt::format("{} layers of light path expressions exceed the maximum of {}",
-                                 layers.size(), most_layers)};
+                                 layers.size(), max_layers)};
     const PathSymbols symbols(groups);
     std::vector<PathPattern> patterns;
     for (const accumulate::PathLayer& layer : layers) {

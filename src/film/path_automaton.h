@@ -20,8 +20,8 @@ class PathAutomaton {
     /// No layer can want the path any more.
     static constexpr State dead = 0xffff;
     /// A path may be in all of them, each with a part of its light.
-    static constexpr size_t most_states = 512;
-    static constexpr size_t most_layers = 4096;
+    static constexpr size_t max_states = 512;
+    static constexpr size_t max_layers = 4096;
 
     /// Errors: "lpe" (what parse_path_expression() says; too many states; unoccluded light after
     /// more than one scattering; an expression that no path can match), naming the expression.

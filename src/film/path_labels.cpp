@@ -81,10 +81,10 @@ void PathLabels::weigh(float diffuse, float specular) {
     step(before_, weighed(last_, diffuse, specular), given_);
 }
 
-void PathLabels::go_back_to(const Trunk& trunk) {
-    path_ = given_ = trunk.path;
-    before_ = trunk.before;
-    last_ = trunk.last;
+void PathLabels::restore(const PathPrefix& prefix) {
+    path_ = given_ = prefix.path;
+    before_ = prefix.before;
+    last_ = prefix.last;
 }
 
 }  // namespace velatura::film

@@ -44,14 +44,14 @@ class PathLabels {
     const PathAutomaton& automaton() const { return automaton_; }
 
     /// The path as it went, for what divides.
-    struct Trunk {
+    struct PathPrefix {
         Parts path, before;
         EventShares last;
     };
 
-    Trunk trunk() const { return {path_, before_, last_}; }
+    PathPrefix prefix() const { return {path_, before_, last_}; }
 
-    void go_back_to(const Trunk& trunk);
+    void restore(const PathPrefix& prefix);
 
   private:
     void step(const Parts& from, const EventShares& scattering, Parts& to);

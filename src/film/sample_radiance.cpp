@@ -164,7 +164,7 @@ void SampleRadiance::add_unoccluded(int group, const Rgb& radiance) {
     if (has_paths) deposit_unoccluded_paths(group, triple(radiance));
 }
 
-void SampleRadiance::add_taken(int group, uint32_t caster, const Rgb& radiance) {
+void SampleRadiance::add_occluded(int group, uint32_t caster, const Rgb& radiance) {
     if (caster == scene::none ||
         table_.taken(group, caster) == accumulate::AccumulatorTable::absent)
         return;
@@ -183,7 +183,7 @@ Rgb SampleRadiance::radiance() const {
 Rgb SampleRadiance::branch_radiance() const {
     if (!has_branches_) return Rgb(0.0f);
     const accumulate::Triple& v = values_[accumulate::AccumulatorTable::beauty].sum;
-    return Rgb(float(v.x - trunk_.x), float(v.y - trunk_.y), float(v.z - trunk_.z));
+    return Rgb(float(v.x - prefix_.x), float(v.y - prefix_.y), float(v.z - prefix_.z));
 }
 
 void SampleRadiance::clear() {

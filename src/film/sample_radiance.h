@@ -13,7 +13,7 @@
 
 namespace velatura::film {
 
-/// Why a sample is left out of the picture.
+/// Why a sample is left out of the image.
 enum class BadSampleReason : uint8_t { None, NotANumber, Infinite, Negative, Other };
 
 const char* to_string(BadSampleReason reason);
@@ -38,7 +38,7 @@ class SampleRadiance {
 
     /// Deposits what the caster took of that light, index into LayerSet::casters; none: nobody
     /// known did.
-    void add_taken(int group, uint32_t caster, const Rgb& radiance);
+    void add_occluded(int group, uint32_t caster, const Rgb& radiance);
 
     /// What path layers want to know of the path; what is added goes by what was said last. Null:
     /// there are none.
@@ -60,7 +60,7 @@ class SampleRadiance {
 
     /// From here on, what is added comes by branches of the path.
     void begin_branches() {
-        trunk_ = values_[accumulate::AccumulatorTable::beauty].sum;
+        prefix_ = values_[accumulate::AccumulatorTable::beauty].sum;
         has_branches_ = true;
     }
 
@@ -95,7 +95,7 @@ class SampleRadiance {
     /// By image::MatteKind: whose sample it is, see image::matte_id(); 0 = nobody's.
     std::array<uint32_t, accumulate::matte_kinds.size()> matte_ids = {};
 
-    /// What covers the sample; only set for deep pictures.
+    /// What covers the sample; only set for deep images.
     DepthKind depth_kind = DepthKind::None;
     float depth = 0.0f;  ///< of its nearest, along the camera's view direction
 
@@ -127,7 +127,7 @@ class SampleRadiance {
     float clamp_direct_, clamp_indirect_;
     std::vector<Value> values_;  ///< per accumulator
     std::vector<uint32_t> touched_;
-    accumulate::Triple trunk_ = {};  ///< what came before the branches
+    accumulate::Triple prefix_ = {};  ///< what came before the branches
     bool has_branches_ = false;
     BadSampleReason bad_ = BadSampleReason::None;
 };

@@ -36,7 +36,7 @@ inline T bezier_second(const T c[4], double u) {
     return mixed(T(c[2] - c[1] - (c[1] - c[0])), T(c[3] - c[2] - (c[2] - c[1])), u) * 6.0;
 }
 
-/// Control values of the part between u = a and b. Neighbours share their end to the bit.
+/// Control values of the part between u = a and b. Neighbors share their end to the bit.
 template <class T>
 inline void bezier_part(const T c[4], double a, double b, T out[4]) {
     out[0] = blossom(c, a, a, a);

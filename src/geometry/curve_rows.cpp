@@ -61,11 +61,11 @@ CurveRows::Stencil CurveRows::vertices(uint32_t segment) const {
     Stencil stencil{};
     for (int i = 0; i < 4; ++i)
         for (int k = 0; k < 4; ++k) stencil.weight[i][k] = bezier_of[int(basis_)][i][k];
-    // What lies beyond an end is its mirror image: twice the end less its neighbour
-    const auto mirror = [&](int missing, int end, int neighbour) {
+    // What lies beyond an end is its mirror image: twice the end less its neighbor
+    const auto mirror = [&](int missing, int end, int neighbor) {
         for (auto& weight : stencil.weight) {
             weight[end] += 2.0 * weight[missing];
-            weight[neighbour] -= weight[missing];
+            weight[neighbor] -= weight[missing];
             weight[missing] = 0.0;
         }
     };

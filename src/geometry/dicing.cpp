@@ -25,7 +25,7 @@ Box3d face_box(const scene::Mesh& mesh,
     return {box.min - margin, box.max + margin};
 }
 
-/// [edge] whether a face at it may be in the picture.
+/// [edge] whether a face at it may be in the image.
 std::vector<uint8_t> shown_edges(const scene::Mesh& mesh,
                                  const LimitSurface& surface,
                                  const DicingView& view,
@@ -37,7 +37,7 @@ std::vector<uint8_t> shown_edges(const scene::Mesh& mesh,
         const size_t count = mesh.face_vertex_counts[f];
         const bool is_candidate = surface.has_face()[f] != 0;
         if (is_candidate &&
-            view.may_show(face_box(mesh, first, count, surface, render_from_shape))) {
+            view.can_show(face_box(mesh, first, count, surface, render_from_shape))) {
             for (size_t i = first; i < first + count; ++i) is_shown[edges[i]] = 1;
         }
         first += count;
@@ -62,14 +62,14 @@ DicingView::DicingView(const scene::Camera& camera, int width, int height)
 
 double DicingView::density(const Vec3d& p) const {
     if (!is_perspective_) return pixels_per_unit_;
-    // Depth where the picture looks; beside and behind it there is none, but a distance
+    // Depth where the image looks; beside and behind it there is none, but a distance
     const Vec3d c = transform_point(p, camera_from_render_);
     const double distance = std::max(-c.z, 0.5 * std::sqrt(c.dot(c)));
     return pixels_per_unit_ / distance;
 }
 
-bool DicingView::may_show(const Box3d& box) const {
-    // Out of the picture where all corners are on the wrong side of one border
+bool DicingView::can_show(const Box3d& box) const {
+    // Out of the image where all corners are on the wrong side of one border
     int beyond[5] = {};
     for (int i = 0; i < 8; ++i) {
         const Vec3d p(i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
@@ -90,7 +90,7 @@ std::vector<uint32_t> edge_rates(const scene::Mesh& mesh,
                                  const DicingView& view,
                                  const Mat4d& render_from_shape,
                                  double rate,
-                                 uint32_t most) {
+                                 uint32_t max) {
     const std::vector<uint8_t> is_shown = shown_edges(mesh, surface, view, render_from_shape);
     std::vector<uint32_t> rates(surface.edge_count(), 1);
     for (size_t e = 0; e < rates.size(); ++e) {
@@ -104,7 +104,7 @@ std::vector<uint32_t> edge_rates(const scene::Mesh& mesh,
         }
         const double pieces = std::ceil(pixels / (is_shown[e] ? rate : rate * unseen_factor));
         // What is not a number, for want of a face, stays one piece
-        if (pieces > 1.0) rates[e] = uint32_t(std::min(pieces, double(most)));
+        if (pieces > 1.0) rates[e] = uint32_t(std::min(pieces, double(max)));
     }
     return rates;
 }
@@ -118,15 +118,15 @@ uint64_t estimated_triangles(const scene::Mesh& mesh,
     for (size_t f = 0; f < mesh.face_vertex_counts.size(); ++f) {
         const size_t count = mesh.face_vertex_counts[f];
         const auto rate = [&](size_t i) { return uint64_t(rates[edges[first + i]]); };
-        uint64_t most = 0;
-        for (size_t i = 0; i < count; ++i) most = std::max(most, rate(i));
+        uint64_t max = 0;
+        for (size_t i = 0; i < count; ++i) max = std::max(max, rate(i));
         uint64_t triangles = 0;
         if (mesh.subdivision == scene::SubdivisionScheme::Loop)
-            triangles = most * most;
+            triangles = max * max;
         else if (count == 4)
             triangles = (rate(0) + rate(2)) * (rate(1) + rate(3)) / 2;
         else
-            triangles = std::max<uint64_t>(count * most * most / 2, count - 2);
+            triangles = std::max<uint64_t>(count * max * max / 2, count - 2);
         if (surface.has_face()[f]) total += triangles;
         first += count;
     }

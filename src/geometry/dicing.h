@@ -15,25 +15,25 @@ namespace velatura::geometry {
 
 /// How finely limit surfaces are cut.
 struct DicingOptions {
-    double rate = 1.0;              ///< pixels that the edge of a triangle in the picture may cover
+    double rate = 1.0;              ///< pixels that the edge of a triangle in the image may cover
     std::optional<int> level = {};  ///< instead: every edge into 2^level pieces
     /// All surfaces together; above that the whole scene is cut more coarsely.
-    uint64_t most_triangles = 50'000'000;
+    uint64_t max_triangles = 50'000'000;
 };
 
-/// How large things are in the picture. Points and boxes in render space.
+/// How large things are in the image. Points and boxes in render space.
 class DicingView {
   public:
-    /// Size of the whole picture in pixels.
+    /// Size of the whole image in pixels.
     DicingView(const scene::Camera& camera, int width, int height);
 
     /// Pixels per unit of length at p, however the length lies: what is seen from the side now may
     /// be an outline. Infinite at the camera.
     double density(const Vec3d& p) const;
 
-    /// Whether any of the box may lie in the picture, or in a margin of 5 % around it. May say so
+    /// Whether any of the box may lie in the image, or in a margin of 5 % around it. May say so
     /// of a box that does not.
-    bool may_show(const Box3d& box) const;
+    bool can_show(const Box3d& box) const;
 
   private:
     Mat4d camera_from_render_;
@@ -42,24 +42,24 @@ class DicingView {
     double left_, right_, bottom_, top_;
 };
 
-/// Edges that no picture shows directly are this many times as long.
+/// Edges that no image shows directly are this many times as long.
 inline constexpr double unseen_factor = 8.0;
 
 /// So are those of surfaces that light is sampled from, triangle by triangle.
 inline constexpr double light_factor = 4.0;
 
 /// Pieces of one edge at most.
-inline constexpr uint32_t most_pieces = 4096;
+inline constexpr uint32_t max_pieces = 4096;
 
 /// [edge] how many pieces edges get, so that none covers more than `rate` pixels. A function of the
 /// edge and of what lies beside it, thus the same for both faces of it. render_from_shape: where
-/// the surface stands for the picture. most: pieces of one edge at most.
+/// the surface stands for the image. most: pieces of one edge at most.
 std::vector<uint32_t> edge_rates(const scene::Mesh& mesh,
                                  const LimitSurface& surface,
                                  const DicingView& view,
                                  const Mat4d& render_from_shape,
                                  double rate,
-                                 uint32_t most = most_pieces);
+                                 uint32_t max = max_pieces);
 
 /// About how many triangles LimitSurface::dice makes of these rates.
 uint64_t estimated_triangles(const scene::Mesh& mesh,

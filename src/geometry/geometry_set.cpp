@@ -92,9 +92,9 @@ GeometrySet::GeometrySet(const scene::Scene& scene,
             mesh = make_triangle_mesh(*listed.shape, std::move(**data));
             data->reset();
         }
-        const bool may_be_triangles = std::holds_alternative<scene::Mesh>(listed.shape->geometry) ||
+        const bool can_be_triangles = std::holds_alternative<scene::Mesh>(listed.shape->geometry) ||
                                       std::holds_alternative<scene::Gprim>(listed.shape->geometry);
-        if (!mesh && (!may_be_triangles || (!listed.is_light && !options.all_quadrics)))
+        if (!mesh && (!can_be_triangles || (!listed.is_light && !options.all_quadrics)))
             mesh = make_primitive_mesh(*listed.shape);
         TessellationOptions of_shape = options;
         of_shape.stays = options.stays || listed.is_light;
@@ -121,12 +121,12 @@ void GeometrySet::place_instances(const scene::Scene& scene) {
 
 const InstanceTransform& GeometrySet::instance(uint32_t index,
                                                float time,
-                                               std::optional<InstanceTransform>& room) const {
+                                               std::optional<InstanceTransform>& storage) const {
     if (moving_.empty()) return instances_[index];
     const auto found = moving_.find(index);
     if (found == moving_.end()) return instances_[index];
     const scene::Instance& moving = found->second;
-    return room.emplace(
+    return storage.emplace(
         make_instance_transform(moving.prototype, render_from_prototype(moving, time)));
 }
 

@@ -64,10 +64,10 @@ class GeometrySet {
     /// [instance of Scene::instances]; of those that move, as when the shutter opens.
     const std::vector<InstanceTransform>& instances() const { return instances_; }
 
-    /// The transform at a time (Ray::time). `room` holds it where the instance moves.
+    /// The transform at a time (Ray::time). `storage` holds it where the instance moves.
     const InstanceTransform& instance(uint32_t index,
                                       float time,
-                                      std::optional<InstanceTransform>& room) const;
+                                      std::optional<InstanceTransform>& storage) const;
 
     /// The mesh that was hit.
     const TriangleMesh& mesh(const Hit& hit) const;

@@ -52,7 +52,7 @@ class CellWalk {
     }
 
     /// False: it was the last one.
-    bool go_on() {
+    bool next_cell() {
         const int a = exit_.axis;
         if (a > 2) return false;
         cell_[a] += d_[a] > 0.0 ? 1 : -1;
@@ -140,8 +140,8 @@ std::shared_ptr<const LevelSet> LevelSet::make(std::shared_ptr<const VoxelGrid> 
     if (!grid || grid->channels != 1) return nullptr;
     const std::shared_ptr<LevelSet> set(new LevelSet(std::move(grid)));
     for_each_brick(*set->grid_, [&](const Vec3i& first, const VoxelGrid::Brick& brick) {
-        if (LevelSetCell::is_inside(double(brick.least)) &&
-            !LevelSetCell::is_inside(double(brick.most)))
+        if (LevelSetCell::is_inside(double(brick.min)) &&
+            !LevelSetCell::is_inside(double(brick.max)))
             set->add_brick(first, brick);
     });
     return set->bricks_.empty() ? nullptr : set;
@@ -184,7 +184,7 @@ template <class Use>
 void LevelSet::for_each_crossing(
     const Brick& brick, const Vec3d& o, const Vec3d& d, double t_end, const Use& use) const {
     CellWalk walk(o, d, brick.low, brick.high);
-    for (bool is_within = walk.enter(); is_within; is_within = walk.go_on()) {
+    for (bool is_within = walk.enter(); is_within; is_within = walk.next_cell()) {
         const CellWalk::Event &entry = walk.entry(), &exit = walk.exit();
         if (!(entry.t < t_end)) return;
         const LevelSetCell cell = cell_of(brick, walk.cell());
@@ -247,11 +247,11 @@ PrimitiveSurface LevelSet::surface(uint32_t index,
     surface.p = to_double(at.cell) + at.local;
     surface.facet_n = cell.gradient(at.local);
     // What rounding does to numbers moves the place by the more, the slower they change
-    double most = 0;
-    for (const double v : cell.corner) most = std::max(most, std::abs(v));
+    double max = 0;
+    for (const double v : cell.corner) max = std::max(max, std::abs(v));
     constexpr double widest_error = 0x1p-10;
     const double slope = surface.facet_n.length();
-    const double of_numbers = slope > 0.0 ? 0x1p-48 * most / slope : widest_error;
+    const double of_numbers = slope > 0.0 ? 0x1p-48 * max / slope : widest_error;
     const double reach = std::max({surface.p.x, surface.p.y, surface.p.z}) + 1.0;
     surface.error = Vec3d(std::min(of_numbers + 0x1p-48 * reach, widest_error));
     if (!(slope > 0.0)) surface.facet_n = -d;

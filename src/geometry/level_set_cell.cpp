@@ -61,10 +61,10 @@ struct Bracket {
 /// Where sides change: by Newton's steps where they stay within, by halves where not.
 template <class Number, class Slope>
 double refine(const Bracket& bracket, const Number& number, const Slope& slope) {
-    constexpr int most_steps = 64;
+    constexpr int max_steps = 64;
     double a = bracket.a, b = bracket.b;
     double s = a + (b - a) * (bracket.at_a / (bracket.at_a - bracket.at_b));
-    for (int i = 0; i < most_steps; ++i) {
+    for (int i = 0; i < max_steps; ++i) {
         if (!(s > a && s < b)) s = 0.5 * (a + b);
         if (!(s > a && s < b)) break;
         const double f = number(s);

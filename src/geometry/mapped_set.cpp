@@ -24,10 +24,10 @@ Mat3d absolute(const Mat3d& m) {
 }
 
 double largest_entry(const Mat3d& m) {
-    double most = 0;
+    double max = 0;
     for (int i = 0; i < 3; ++i)
-        for (int k = 0; k < 3; ++k) most = std::max(most, std::abs(m[i][k]));
-    return most;
+        for (int k = 0; k < 3; ++k) max = std::max(max, std::abs(m[i][k]));
+    return max;
 }
 
 }  // namespace
@@ -107,8 +107,8 @@ bool MappedSet::tangents(uint32_t index,
     return has_any;
 }
 
-bool MappedSet::fibre(uint32_t index, const PrimitiveHit& hit, PrimitiveFibre& out) const {
-    if (!inner_->fibre(index, hit, out)) return false;
+bool MappedSet::fiber(uint32_t index, const PrimitiveHit& hit, PrimitiveFiber& out) const {
+    if (!inner_->fiber(index, hit, out)) return false;
     out.middle = out.middle * forward_ + origin_;
     out.along = out.along * forward_;
     out.side = out.side * forward_;

@@ -42,7 +42,7 @@ class MappedSet final : public PrimitiveSet {
                   Vec3d& dpdu,
                   Vec3d& dpdv) const override;
 
-    bool fibre(uint32_t index, const PrimitiveHit& hit, PrimitiveFibre& out) const override;
+    bool fiber(uint32_t index, const PrimitiveHit& hit, PrimitiveFiber& out) const override;
 
     PrimvarRows primvar_rows(uint32_t index,
                              scene::Interpolation interpolation,

@@ -43,7 +43,7 @@ struct PrimvarRows {
 };
 
 /// A place on a thin strand, in the set's space; not unit.
-struct PrimitiveFibre {
+struct PrimitiveFiber {
     Vec3d middle;  ///< on the axis of a round one, halfway between the edges of a flat one
     Vec3d along;   ///< from root to tip
     Vec3d side = Vec3d(0.0);  ///< of a flat one: from edge to edge
@@ -52,7 +52,7 @@ struct PrimitiveFibre {
 /// Primitives that are not triangles: they say themselves where rays meet them. An accelerator
 /// keeps them in its trees beside triangles, under instances too. Plugins may bring other kinds.
 /// Immutable, safe to share among threads. Everything is a function of the arguments alone, to the
-/// bit: that is what makes pictures independent of trees, threads and instruction sets.
+/// bit: that is what makes images independent of trees, threads and instruction sets.
 /// Rays are o + t·d in the space of the set, in double, finite, d not zero and not unit.
 class PrimitiveSet {
   public:
@@ -95,7 +95,7 @@ class PrimitiveSet {
                           Vec3d& dpdv) const = 0;
 
     /// False: no strand. hit: as above.
-    virtual bool fibre(uint32_t, const PrimitiveHit&, PrimitiveFibre&) const { return false; }
+    virtual bool fiber(uint32_t, const PrimitiveHit&, PrimitiveFiber&) const { return false; }
 
     /// Rows of primvars that are not the same everywhere. hit: as above.
     virtual PrimvarRows primvar_rows(uint32_t index,

@@ -158,7 +158,7 @@ Quadric::Line Quadric::line(const Vec3d& o, const Vec3d& d) const {
 
 /// The unit ball around (0, 0, z). is_certain: the line is known to meet it, whatever rounding
 /// says.
-bool Quadric::meet_ball(const Line& line, double z, bool is_certain, Span& span) {
+bool Quadric::intersect_sphere(const Line& line, double z, bool is_certain, Span& span) {
     const Vec3d o(line.o.x, line.o.y, line.o.z - z);
     const double a = line.d.dot(line.d), b = -o.dot(line.d);
     const Vec3d nearest = o + line.d * (b / a);
@@ -171,7 +171,7 @@ bool Quadric::meet_ball(const Line& line, double z, bool is_certain, Span& span)
 }
 
 /// The endless tube of radius 1 around the z axis.
-bool Quadric::meet_tube(const Line& line, Span& span) {
+bool Quadric::intersect_tube(const Line& line, Span& span) {
     const Vec2d o(line.o.x, line.o.y), d(line.d.x, line.d.y);
     span.face[0] = span.face[1] = Side;
     const double a = d.dot(d), c = o.dot(o) - 1.0;
@@ -187,7 +187,7 @@ bool Quadric::meet_tube(const Line& line, Span& span) {
     return square >= 0.0 && roots(a, b, c, std::sqrt(a * square), span.t);
 }
 
-bool Quadric::meet_slab(double o, double d, double lower, double upper, Span& span) {
+bool Quadric::intersect_slab(double o, double d, double lower, double upper, Span& span) {
     span.face[0] = d > 0.0 ? Lower : Upper;
     span.face[1] = d > 0.0 ? Upper : Lower;
     if (d == 0.0) {
@@ -201,7 +201,7 @@ bool Quadric::meet_slab(double o, double d, double lower, double upper, Span& sp
 }
 
 /// Narrows b to where the line is inside of both.
-bool Quadric::meet_both(const Span& a, Span& b) {
+bool Quadric::intersect_both(const Span& a, Span& b) {
     if (a.t[0] >= b.t[0]) {
         b.t[0] = a.t[0];
         b.face[0] = a.face[0];
@@ -214,7 +214,7 @@ bool Quadric::meet_both(const Span& a, Span& b) {
 }
 
 /// Apex at the origin, base at z = −half_.
-bool Quadric::meet_cone(const Line& line, Span& span) const {
+bool Quadric::intersect_cone(const Line& line, Span& span) const {
     // x² + y² <= w², w being the distance below the apex, 1 at the base
     const double k = 1.0 / half_;
     const Vec3d o(line.o.x, line.o.y, -line.o.z * k), d(line.d.x, line.d.y, -line.d.z * k);
@@ -241,14 +241,14 @@ bool Quadric::meet_cone(const Line& line, Span& span) const {
         if (!(square >= 0.0) || !roots(a, b, c, std::sqrt(square), cone.t)) return false;
     }
     // Which also leaves out the cone above the apex
-    if (!meet_slab(o.z, d.z, 0.0, 1.0, span)) return false;
+    if (!intersect_slab(o.z, d.z, 0.0, 1.0, span)) return false;
     for (Face& face : span.face) face = face == Lower ? Side : Lower;
-    return meet_both(cone, span);
+    return intersect_both(cone, span);
 }
 
-bool Quadric::meet_capsule(const Line& line, Span& span) const {
+bool Quadric::intersect_capsule(const Line& line, Span& span) const {
     Span tube;
-    if (!meet_tube(line, tube)) return false;
+    if (!intersect_tube(line, tube)) return false;
     const auto face_at = [&](double t) {
         const double z = line.o.z + t * line.d.z;
         return z > half_ ? Upper : z < -half_ ? Lower : Side;
@@ -259,27 +259,29 @@ bool Quadric::meet_capsule(const Line& line, Span& span) const {
     span = tube;
     const auto end_at = [&](Face face, int end) {
         if (face == Side) return true;
-        Span ball;
-        if (!meet_ball(line, face == Upper ? half_ : -half_, is_certain, ball)) return false;
-        span.t[end] = ball.t[end];
+        Span sphere;
+        if (!intersect_sphere(line, face == Upper ? half_ : -half_, is_certain, sphere))
+            return false;
+        span.t[end] = sphere.t[end];
         span.face[end] = face;
         return true;
     };
     return end_at(first, 0) && end_at(last, 1);
 }
 
-bool Quadric::meet(const Line& line, Span& span) const {
+bool Quadric::intersect_primitive(const Line& line, Span& span) const {
     switch (kind_) {
         case Kind::Sphere:
-            return meet_ball(line, 0.0, false, span);
+            return intersect_sphere(line, 0.0, false, span);
         case Kind::Capsule:
-            return meet_capsule(line, span);
+            return intersect_capsule(line, span);
         case Kind::Cone:
-            return meet_cone(line, span);
+            return intersect_cone(line, span);
         default: {
             Span tube;
-            return meet_tube(line, tube) && meet_slab(line.o.z, line.d.z, -half_, half_, span) &&
-                   meet_both(tube, span);
+            return intersect_tube(line, tube) &&
+                   intersect_slab(line.o.z, line.d.z, -half_, half_, span) &&
+                   intersect_both(tube, span);
         }
     }
 }
@@ -290,7 +292,7 @@ std::optional<PrimitiveHit> Quadric::intersect(uint32_t,
                                                float t_max) const {
     const Line l = line(o, d);
     Span span;
-    if (!meet(l, span)) return std::nullopt;
+    if (!intersect_primitive(l, span)) return std::nullopt;
     for (const double end : span.t) {
         const double t = l.moved + end;
         if (!(float(t) > 0.0f)) continue;
@@ -358,7 +360,7 @@ PrimitiveSurface Quadric::surface(uint32_t,
     const Line l = line(o, d);
     Span span;
     // A line that misses by rounding grazes: its nearest point is the place
-    if (!meet(l, span)) span.t[0] = span.t[1] = -l.o.dot(l.d) / l.d.dot(l.d);
+    if (!intersect_primitive(l, span)) span.t[0] = span.t[1] = -l.o.dot(l.d) / l.d.dot(l.d);
     const double t = hit.t - l.moved;
     const int end = std::abs(span.t[0] - t) <= std::abs(span.t[1] - t) ? 0 : 1;
     const Vec3d p = put_on(span.face[end], l.o + l.d * span.t[end]);

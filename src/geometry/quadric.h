@@ -11,15 +11,15 @@
 
 namespace velatura::geometry {
 
-/// One Sphere, Cylinder, Cone or Capsule under an affine map: a closed convex body, so that a ray
-/// is inside of it along one interval. The ends of that interval are the hits; those of bodies with
+/// One Sphere, Cylinder, Cone or Capsule under an affine map: a closed convex solid, so that a ray
+/// is inside of it along one interval. The ends of that interval are the hits; those of solids with
 /// several faces come from intersecting the intervals of the faces, hence rays cannot slip through
 /// where faces meet.
 ///
 /// Computed in double in the *canonical* space, where the radius is 1, relative to its origin (of a
 /// cone: the apex). Far rays are first moved to where they are nearest to that, and the
-/// discriminant comes from the distance between line and axis or centre: neither far nor tiny
-/// bodies lose their outline to cancellation. Ref: Haines, Günther, Akenine-Möller 2019,
+/// discriminant comes from the distance between line and axis or center: neither far nor tiny
+/// solids lose their outline to cancellation. Ref: Haines, Günther, Akenine-Möller 2019,
 /// "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems, chapter 7.
 class Quadric final : public PrimitiveSet {
   public:
@@ -81,13 +81,13 @@ class Quadric final : public PrimitiveSet {
     Vec3d from_canonical(const Vec3d& v) const;
     Line line(const Vec3d& o, const Vec3d& d) const;
 
-    static bool meet_ball(const Line& line, double z, bool is_certain, Span& span);
-    static bool meet_tube(const Line& line, Span& span);
-    static bool meet_slab(double o, double d, double lower, double upper, Span& span);
-    static bool meet_both(const Span& a, Span& b);
-    bool meet_cone(const Line& line, Span& span) const;
-    bool meet_capsule(const Line& line, Span& span) const;
-    bool meet(const Line& line, Span& span) const;
+    static bool intersect_sphere(const Line& line, double z, bool is_certain, Span& span);
+    static bool intersect_tube(const Line& line, Span& span);
+    static bool intersect_slab(double o, double d, double lower, double upper, Span& span);
+    static bool intersect_both(const Span& a, Span& b);
+    bool intersect_cone(const Line& line, Span& span) const;
+    bool intersect_capsule(const Line& line, Span& span) const;
+    bool intersect_primitive(const Line& line, Span& span) const;
 
     Vec3d put_on(Face face, const Vec3d& p) const;
     Vec3d canonical_normal(Face face, const Vec3d& p, Vec3d& by_p) const;

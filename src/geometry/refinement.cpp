@@ -54,16 +54,16 @@ Box3d moved_box(const Box3d& box, const Mat4d& m) {
     return out;
 }
 
-/// How large a box of a prototype gets in the picture under the matrix, at its nearest point.
-double extent_in_picture(const Box3d& box, const Mat4d& m, const DicingView& view) {
+/// How large a box of a prototype gets in the image under the matrix, at its nearest point.
+double extent_in_image(const Box3d& box, const Mat4d& m, const DicingView& view) {
     const Box3d placed = moved_box(box, m);
     Vec3d nearest;
     for (int k = 0; k < 3; ++k) nearest[k] = std::clamp(0.0, placed.min[k], placed.max[k]);
     const double pixels = view.density(nearest) * (placed.max - placed.min).length();
-    return view.may_show(placed) ? pixels : pixels / unseen_factor;
+    return view.can_show(placed) ? pixels : pixels / unseen_factor;
 }
 
-/// [prototype] the matrix of the instance in which it is largest in the picture.
+/// [prototype] the matrix of the instance in which it is largest in the image.
 std::vector<std::optional<Mat4d>> largest_instances(const scene::Scene& scene,
                                                     const DicingView& view) {
     std::vector<std::optional<Mat4d>> matrices(scene.prototypes.size());
@@ -75,7 +75,7 @@ std::vector<std::optional<Mat4d>> largest_instances(const scene::Scene& scene,
         const uint32_t p = instance.prototype;
         if (boxes[p].isEmpty()) continue;
         const Mat4d matrix(instance.render_from_prototype);
-        const double extent = extent_in_picture(boxes[p], matrix, view);
+        const double extent = extent_in_image(boxes[p], matrix, view);
         if (!(extent > extents[p])) continue;
         extents[p] = extent;
         matrices[p] = matrix;
@@ -112,12 +112,12 @@ std::vector<Job> make_jobs(const scene::Scene& scene,
     return jobs;
 }
 
-/// Chooses how many pieces edges get, `most` at most; returns about how many triangles that makes.
+/// Chooses how many pieces edges get, `max` at most; returns about how many triangles that makes.
 uint64_t set_rates(std::vector<Job>& jobs,
                    const DicingView& view,
                    std::optional<int> level,
                    double rate,
-                   uint32_t most) {
+                   uint32_t max) {
     std::vector<uint64_t> triangles(jobs.size(), 0);
     parallel_for(jobs.size(), [&](size_t i) {
         Job& job = jobs[i];
@@ -126,7 +126,7 @@ uint64_t set_rates(std::vector<Job>& jobs,
             job.rates.assign(job.surface->edge_count(), 1u << (level ? *level : 0));
         else
             job.rates = edge_rates(*job.mesh, *job.surface, view, *job.render_from_shape,
-                                   job.listed.is_light ? rate * light_factor : rate, most);
+                                   job.listed.is_light ? rate * light_factor : rate, max);
         triangles[i] = estimated_triangles(*job.mesh, *job.surface, job.rates);
     });
     uint64_t total = 0;
@@ -142,29 +142,29 @@ void choose_rates(std::vector<Job>& jobs,
                   Diagnostics& diagnostics) {
     std::optional<int> level = options.level;
     double rate = options.rate;
-    const uint64_t wanted = set_rates(jobs, view, level, rate, most_pieces);
+    const uint64_t wanted = set_rates(jobs, view, level, rate, max_pieces);
     uint64_t total = wanted;
-    constexpr int most_rounds = 64;
-    for (int i = 0; i < most_rounds && total > options.most_triangles; ++i) {
+    constexpr int max_rounds = 64;
+    for (int i = 0; i < max_rounds && total > options.max_triangles; ++i) {
         if (level && *level == 0) break;
         if (level)
             --*level;
         else
-            rate *= std::max(1.1, std::sqrt(double(total) / double(options.most_triangles)));
+            rate *= std::max(1.1, std::sqrt(double(total) / double(options.max_triangles)));
         // Edges with more pixels than any rate would bring down (at the camera they are infinite)
         // get fewer pieces too
-        const auto most = uint32_t(std::max(1.0, most_pieces * (options.rate / rate)));
-        total = set_rates(jobs, view, level, rate, most);
+        const auto max = uint32_t(std::max(1.0, max_pieces * (options.rate / rate)));
+        total = set_rates(jobs, view, level, rate, max);
     }
     stats.rate = level ? 0 : rate;
     stats.level = level ? *level : -1;
-    if (wanted <= options.most_triangles) return;
+    if (wanted <= options.max_triangles) return;
     const std::string instead = level ? fmt::format("level {} is used", *level)
                                       : fmt::format("{:.2f} pixels per edge are used", rate);
     diagnostics.warn("dicing-limit", {}, {},
                      fmt::format("subdivision surfaces need about {} million triangles, above the "
                                  "limit of {}; {} instead; raise --dicing-limit",
-                                 wanted / 1'000'000, options.most_triangles / 1'000'000, instead));
+                                 wanted / 1'000'000, options.max_triangles / 1'000'000, instead));
 }
 
 /// The triangles of a job, each surface gone once it is cut; nothing for polygons that stay as they

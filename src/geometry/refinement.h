@@ -55,7 +55,7 @@ struct RefinementTools {
 
 /// Refines every mesh that asks for it, then moves those with displacement, in parallel; the result
 /// does not depend on the number of threads. Prototypes are cut for the instance in which they are
-/// largest in the picture. Meshes without a limit surface are left to be polygons with the warning
+/// largest in the image. Meshes without a limit surface are left to be polygons with the warning
 /// "subdivision", displaced ones that are polygons get "displacement", and where all would be more
 /// triangles than allowed, they are cut more coarsely with "dicing-limit".
 Refinement refine(const scene::Scene& scene,

@@ -13,7 +13,7 @@ namespace {
 
 // How finely segments are divided: for the fit of their edges, and for the sake of boxes, where
 // that makes the sum of their areas so much smaller.
-constexpr uint32_t most_levels = 7, most_box_levels = 2;
+constexpr uint32_t max_levels = 7, max_box_levels = 2;
 constexpr double worthwhile = 0.7;
 constexpr double closeness = 0x1p-8;  // of edges, in half widths
 
@@ -178,8 +178,8 @@ class Ribbons::Maker {
             left[i] = middle[i] - half[i];
             right[i] = middle[i] + half[i];
         }
-        const bool is_close = off <= closeness * widest || level == most_levels;
-        if (is_close && (level >= most_box_levels || !has_small_halves(left, right))) {
+        const bool is_close = off <= closeness * widest || level == max_levels;
+        if (is_close && (level >= max_box_levels || !has_small_halves(left, right))) {
             add(piece, left, right);
             return;
         }

@@ -97,32 +97,35 @@ class RootFinder {
 
 /// Largest value of a cubic by its hull.
 double hull_peak(const Vec3d c[4], int axis, double sign) {
-    double most = sign * c[0][axis];
-    for (int i = 1; i < 4; ++i) most = std::max(most, sign * c[i][axis]);
-    return most;
+    double max = sign * c[0][axis];
+    for (int i = 1; i < 4; ++i) max = std::max(max, sign * c[i][axis]);
+    return max;
 }
 
 }  // namespace
 
-int Ribbons::meet(const Edges& edges, const Vec3d& o, const Vec3d& d, Meeting out[6]) {
+int Ribbons::intersect_primitive(const Edges& edges,
+                                 const Vec3d& o,
+                                 const Vec3d& d,
+                                 Intersection out[6]) {
     const double length = std::sqrt(d.dot(d));
     const Vec3d along = d * (1.0 / length);
     Vec3d x(0.0), y(0.0);
     make_frame(along, x, y);
     Turning turning;
-    Vec2d least(1e300), most(-1e300);
+    Vec2d min(1e300), max(-1e300);
     const auto place = [&](const Vec3d& p) {
         const Vec3d q = p - o;
         const Vec2d across(q.dot(x), q.dot(y));
-        least = {std::min(least.x, across.x), std::min(least.y, across.y)};
-        most = {std::max(most.x, across.x), std::max(most.y, across.y)};
+        min = {std::min(min.x, across.x), std::min(min.y, across.y)};
+        max = {std::max(max.x, across.x), std::max(max.y, across.y)};
         return across;
     };
     for (int i = 0; i < 4; ++i) {
         turning.left[i] = place(edges.left[i]);
         turning.right[i] = place(edges.right[i]);
     }
-    if (least.x > 0.0 || least.y > 0.0 || most.x < 0.0 || most.y < 0.0) return 0;
+    if (min.x > 0.0 || min.y > 0.0 || max.x < 0.0 || max.y < 0.0) return 0;
     const auto pair = [&](int i, int k) {
         return cross(turning.left[i], turning.right[k]) +
                (i != k ? cross(turning.left[k], turning.right[i]) : 0.0);
@@ -186,9 +189,9 @@ std::optional<PrimitiveHit> Ribbons::intersect(uint32_t index,
                                                float t_max) const {
     const Piece& piece = pieces_[index];
     if (piece.bound.is_missed(o, d, t_max)) return std::nullopt;
-    Meeting meetings[6];
-    const int count = meet(edges(index), o, d, meetings);
-    const Meeting* best = nullptr;
+    Intersection meetings[6];
+    const int count = intersect_primitive(edges(index), o, d, meetings);
+    const Intersection* best = nullptr;
     for (int i = 0; i < count; ++i) {
         const auto t = float(meetings[i].t);
         if (t > 0.0f && t < t_max && (!best || meetings[i].t < best->t)) best = &meetings[i];
@@ -204,10 +207,10 @@ PrimitiveSurface Ribbons::surface(uint32_t index,
                                   const PrimitiveHit& hit) const {
     const Piece& piece = pieces_[index];
     const Edges e = edges(index);
-    Meeting meetings[6];
-    const int count = meet(e, o, d, meetings);
+    Intersection meetings[6];
+    const int count = intersect_primitive(e, o, d, meetings);
     // A line that misses by rounding: the place as it was found
-    Meeting place{
+    Intersection place{
         hit.t,
         std::clamp((double(hit.u) - piece.begin()) / (piece.end() - piece.begin()), 0.0, 1.0),
         double(hit.v)};
@@ -263,7 +266,7 @@ bool Ribbons::tangents(uint32_t index,
     return dpdu.cross(dpdv) != Vec3d(0.0);
 }
 
-bool Ribbons::fibre(uint32_t index, const PrimitiveHit& hit, PrimitiveFibre& out) const {
+bool Ribbons::fiber(uint32_t index, const PrimitiveHit& hit, PrimitiveFiber& out) const {
     const Edges e = edges(index);
     const double u = std::clamp(
         (double(hit.u) - pieces_[index].begin()) / (pieces_[index].end() - pieces_[index].begin()),

@@ -52,7 +52,7 @@ class Ribbons final : public PrimitiveSet {
                   Vec3d& dpdu,
                   Vec3d& dpdv) const override;
 
-    bool fibre(uint32_t index, const PrimitiveHit& hit, PrimitiveFibre& out) const override;
+    bool fiber(uint32_t index, const PrimitiveHit& hit, PrimitiveFiber& out) const override;
 
     PrimvarRows primvar_rows(uint32_t index,
                              scene::Interpolation interpolation,
@@ -91,7 +91,7 @@ class Ribbons final : public PrimitiveSet {
     };
 
     /// Where a line meets a piece.
-    struct Meeting {
+    struct Intersection {
         double t, u, across;
     };
 
@@ -100,7 +100,10 @@ class Ribbons final : public PrimitiveSet {
     explicit Ribbons(const scene::Curves& curves);
 
     Edges edges(uint32_t index) const;
-    static int meet(const Edges& edges, const Vec3d& o, const Vec3d& d, Meeting out[6]);
+    static int intersect_primitive(const Edges& edges,
+                                   const Vec3d& o,
+                                   const Vec3d& d,
+                                   Intersection out[6]);
 
     CurveRows rows_;
     std::vector<Control> controls_;  ///< along the curves; pieces that join share their ends

@@ -10,17 +10,17 @@ namespace velatura::geometry {
 
 namespace {
 
-constexpr uint32_t most_levels = 12;  // of division
+constexpr uint32_t max_levels = 12;  // of division
 
 // Of division for the sake of boxes: so often, and only where it makes the sum of their areas this
 // much smaller.
-constexpr uint32_t most_box_levels = 2;
+constexpr uint32_t max_box_levels = 2;
 constexpr double worthwhile = 0.7;
 
 // By how much of the radius a straight piece may stray from its curve.
 constexpr double straightness = 0x1p-10;
 
-// Derivatives in the neighbour's direction that are smaller are taken for none: what is filled by
+// Derivatives in the neighbor's direction that are smaller are taken for none: what is filled by
 // less than that is no wall that anyone could see, and rounding must not open joints.
 constexpr double filled = 0x1p-30;
 
@@ -54,10 +54,10 @@ void straighten(Sweep& s) {
 bool is_straight(const Sweep& s) {
     Sweep straight = s;
     straighten(straight);
-    double most = 0;
+    double max = 0;
     for (int i = 1; i < 3; ++i)
-        most = std::max(most, (s.p[i] - straight.p[i]).length() + std::abs(s.r[i] - straight.r[i]));
-    return most <= straightness * thickest(s);
+        max = std::max(max, (s.p[i] - straight.p[i]).length() + std::abs(s.r[i] - straight.r[i]));
+    return max <= straightness * thickest(s);
 }
 
 /// How point and radius change from an end of a curve into it: the first difference that is one.
@@ -176,10 +176,10 @@ void RoundCurves::divide(uint32_t segment, uint32_t part, uint32_t level) {
         sweep.p[0] == sweep.p[1] && sweep.p[1] == sweep.p[2] && sweep.p[2] == sweep.p[3];
     if (is_point || !(thickest(sweep) > 0)) return;
     bool is_whole = is_regular(sweep);
-    if (!is_whole && (is_straight(sweep) || level == most_levels)) {
+    if (!is_whole && (is_straight(sweep) || level == max_levels)) {
         piece.is_straight = 1;
         is_whole = true;
-    } else if (is_whole && level < most_box_levels) {
+    } else if (is_whole && level < max_box_levels) {
         const double parts = half_area(bounds_of(part_of(sweep, 0.0, 0.5))) +
                              half_area(bounds_of(part_of(sweep, 0.5, 1.0)));
         is_whole = parts > worthwhile * half_area(bounds_of(sweep));
@@ -216,10 +216,10 @@ PrimitiveBounds RoundCurves::bounds(uint32_t index) const {
     PrimitiveBounds bounds;
     bounds.box = bounds_of(sweep);
     const Vec3d size = bounds.box.size();
-    const double most = std::max(size.x, std::max(size.y, size.z));
+    const double max = std::max(size.x, std::max(size.y, size.z));
     for (int k = 0; k < 3; ++k) {
-        const double pad = 0x1p-44 * most + 0x1p-50 * std::max(std::abs(bounds.box.min[k]),
-                                                               std::abs(bounds.box.max[k]));
+        const double pad = 0x1p-44 * max + 0x1p-50 * std::max(std::abs(bounds.box.min[k]),
+                                                              std::abs(bounds.box.max[k]));
         bounds.box.min[k] -= pad;
         bounds.box.max[k] += pad;
     }
@@ -251,7 +251,7 @@ std::optional<PrimitiveHit> RoundCurves::intersect(uint32_t index,
     const Piece& piece = pieces_[index];
     if (piece.bound.is_missed(o, d, t_max)) return std::nullopt;
     SweptRay ray(sweep_of(piece), o, d);
-    if (!ray.may_meet(t_max)) return std::nullopt;
+    if (!ray.can_intersect(t_max)) return std::nullopt;
     const int stretches = ray.find_stretches();
     std::optional<PrimitiveHit> hit;
     // True when the search is over
@@ -343,7 +343,7 @@ bool RoundCurves::tangents(uint32_t index,
     return dpdv != Vec3d(0.0);
 }
 
-bool RoundCurves::fibre(uint32_t index, const PrimitiveHit& hit, PrimitiveFibre& out) const {
+bool RoundCurves::fiber(uint32_t index, const PrimitiveHit& hit, PrimitiveFiber& out) const {
     const Piece& piece = pieces_[index];
     const Sweep sweep = sweep_of(piece);
     const double u =

@@ -20,7 +20,7 @@ namespace velatura::geometry {
 ///
 /// A primitive is a *piece* of a segment: segments are divided where their balls overlap from more
 /// than one side (see is_regular) and where the boxes of parts are much smaller. Where pieces join,
-/// the ball at the joint counts only as far as the neighbour does not fill it, so that rays inside
+/// the ball at the joint counts only as far as the neighbor does not fill it, so that rays inside
 /// a curve meet no walls but on the inner side of kinks. Bends tighter than the curve is thick are
 /// made of cones, which stray from the curve by less than 2^-10 of the radius, but for what is cut
 /// more than 2^12 times.
@@ -53,7 +53,7 @@ class RoundCurves final : public PrimitiveSet {
                   Vec3d& dpdu,
                   Vec3d& dpdv) const override;
 
-    bool fibre(uint32_t index, const PrimitiveHit& hit, PrimitiveFibre& out) const override;
+    bool fiber(uint32_t index, const PrimitiveHit& hit, PrimitiveFiber& out) const override;
 
     PrimvarRows primvar_rows(uint32_t index,
                              scene::Interpolation interpolation,

@@ -49,7 +49,7 @@ class LimitSurface {
     /// edges without a face that is there.
     virtual std::span<const std::array<Vec3, 3>> edge_points() const = 0;
 
-    /// Cuts every edge into rates[edge] pieces (>= 1) and the faces accordingly. Neighbours share
+    /// Cuts every edge into rates[edge] pieces (>= 1) and the faces accordingly. Neighbors share
     /// the points of their edge to the bit; the result does not depend on the number of threads.
     /// Errors: "subdivision".
     virtual Result<DicedMesh> dice(std::span<const uint32_t> rates) const = 0;

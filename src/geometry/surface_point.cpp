@@ -172,8 +172,8 @@ PrimitiveSurface primitive_surface(
     if (hit.instance == scene::none) {
         surface = set.surface(hit.triangle, o, d, place);
     } else {
-        std::optional<InstanceTransform> room;
-        const InstanceTransform& instance = geometry.instance(hit.instance, time, room);
+        std::optional<InstanceTransform> storage;
+        const InstanceTransform& instance = geometry.instance(hit.instance, time, storage);
         const Mat4d& backward = instance.prototype_from_render;
         surface = set.surface(hit.triangle, transform_point(o, backward),
                               transform_direction(d, backward), place);
@@ -238,10 +238,10 @@ SurfacePoint make_point(const scene::Scene& scene,
                         const Ray& ray,
                         const Hit& hit) {
     SurfacePoint point;
-    std::optional<InstanceTransform> room;
+    std::optional<InstanceTransform> storage;
     const InstanceTransform* instance = nullptr;
     if (!is_plain && hit.instance != scene::none)
-        instance = &geometry.instance(hit.instance, ray.time, room);
+        instance = &geometry.instance(hit.instance, ray.time, storage);
     if (instance) {
         scene::count_call(Effect::Instancing);
         if (!scene.instances[hit.instance].later_render_from_prototype.empty())
@@ -342,10 +342,10 @@ std::optional<SurfacePoint> lifted(const GeometrySet& geometry,
     Vec3d normals[3];
     if (!point.mesh->corner_normals(point.triangle, normals, point.time)) return std::nullopt;
     const bool is_instanced = point.instance != scene::none;
-    std::optional<InstanceTransform> room;
+    std::optional<InstanceTransform> storage;
     const Mat4d forward =
         is_instanced
-            ? Mat4d(geometry.instance(point.instance, point.time, room).render_from_prototype)
+            ? Mat4d(geometry.instance(point.instance, point.time, storage).render_from_prototype)
             : Mat4d();
     if (is_instanced) {
         const Mat3d normal_matrix = cofactor_matrix(forward);
@@ -394,9 +394,9 @@ bool primvar(const scene::Scene& scene,
              scene::PrimvarId id,
              float out[4]) {
     if (id == scene::none || point.mesh == nullptr) return false;
-    const bool may_be_handed_down =
+    const bool can_be_inherited =
         point.instance != scene::none && scene.instances[point.instance].value_count > 0;
-    if (may_be_handed_down && point.mesh->yields_to_instance(id)) {
+    if (can_be_inherited && point.mesh->yields_to_instance(id)) {
         const scene::InstanceValue* value =
             scene::find_value(scene, scene.instances[point.instance], id);
         if (value != nullptr) {

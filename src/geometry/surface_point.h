@@ -84,8 +84,8 @@ Tangents tangents(const scene::Scene& scene, const SurfacePoint& point);
 /// facet, near the curved surface that its interpolated normals stand for, so that facets do not
 /// shadow their own lit side at the terminator. p moves by the mean of its distances from the
 /// tangent planes of the corners, towards wo only: twice the height of the arc, which clears the
-/// neighbouring facets. Nothing where the surface is flat or hollow towards wo, where
-/// normals turn by less than half a degree from the facet (neighbours by 1), and where they turn by
+/// neighboring facets. Nothing where the surface is flat or hollow towards wo, where
+/// normals turn by less than half a degree from the facet (neighbors by 1), and where they turn by
 /// more than 45 degrees: those do not tell of a curved surface. Every ray of the path must leave
 /// from here, also those of light sampling. Ref: Hanika 2021, "Hacking the Shadow Terminator", Ray
 /// Tracing Gems II, chapter 4.

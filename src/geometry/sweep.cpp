@@ -15,7 +15,7 @@ double sqr(double x) {
     return x * x;
 }
 
-double least(const double c[4]) {
+double min_of(const double c[4]) {
     return std::min(std::min(c[0], c[1]), std::min(c[2], c[3]));
 }
 
@@ -31,15 +31,15 @@ Vec3d perpendicular(const Vec3d& v) {
 
 /// Largest value of a cubic.
 double peak(const double c[4]) {
-    double most = std::max(c[0], c[3]);
-    if (largest(c) <= most) return most;
+    double max = std::max(c[0], c[3]);
+    if (largest(c) <= max) return max;
     // Where a·u² − 2b·u + d = 0
     const double d = c[1] - c[0], e = c[2] - c[1], f = c[3] - c[2];
     const double a = d - 2 * e + f, b = d - e;
     const double q = b + std::copysign(safe_sqrt(b * b - a * d), b);
     for (const double u : {q / a, d / q})
-        if (u > 0 && u < 1) most = std::max(most, bezier_point(c, u));
-    return most;
+        if (u > 0 && u < 1) max = std::max(max, bezier_point(c, u));
+    return max;
 }
 
 /// The curve at a place, in the frame of the line.
@@ -76,9 +76,9 @@ bool is_regular(const Sweep& sweep) {
         fastest = std::max(fastest, first[i].length());
         taper = std::max(taper, std::abs(r_first[i]));
     }
-    const double least_growth = std::min(r_first[0], std::min(r_first[1], r_first[2]));
-    const double least_shrinking = -std::max(r_first[0], std::max(r_first[1], r_first[2]));
-    if (std::max(least_growth, least_shrinking) >= fastest) return true;
+    const double min_growth = std::min(r_first[0], std::min(r_first[1], r_first[2]));
+    const double min_shrinking = -std::max(r_first[0], std::max(r_first[1], r_first[2]));
+    if (std::max(min_growth, min_shrinking) >= fastest) return true;
     if (!(slowest > 0)) return false;
     // Of r'' + n·c'' what remains when the curve is run through evenly: its bend, and that of the
     // radius
@@ -128,10 +128,10 @@ SweptRay::SweptRay(const Sweep& sweep, const Vec3d& o, const Vec3d& d) {
     largest_r_ = largest(r_);
 }
 
-bool SweptRay::may_meet(float t_max) const {
+bool SweptRay::can_intersect(float t_max) const {
     const double r = largest_r_;
-    return least(y_) <= r && largest(y_) >= -r && least(x_) <= r && largest(x_) >= -r &&
-           largest(z_) + r > 0.0 && least(z_) - r <= double(t_max) * length_;
+    return min_of(y_) <= r && largest(y_) >= -r && min_of(x_) <= r && largest(x_) >= -r &&
+           largest(z_) + r > 0.0 && min_of(z_) - r <= double(t_max) * length_;
 }
 
 int SweptRay::find_stretches() {

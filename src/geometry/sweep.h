@@ -14,7 +14,7 @@ struct Sweep {
     double r[4];
 };
 
-/// Whether the outline of the sweep is that of a tube: its radius does not reach the centre of its
+/// Whether the outline of the sweep is that of a tube: its radius does not reach the center of its
 /// bends anywhere. Then among balls next to each other that a line meets, those by which it enters
 /// have one first, and between that and the last balls there is no other minimum:
 /// |c'|² − r'² > r·(r'' + n·c'') for all n with n·c' = −r' says so, since it is the sign of the
@@ -45,7 +45,7 @@ class SweptRay {
     SweptRay(const Sweep& sweep, const Vec3d& o, const Vec3d& d);
 
     /// False where nothing is met between 0 and t_max, by boxes around the line.
-    bool may_meet(float t_max) const;
+    bool can_intersect(float t_max) const;
 
     /// Finds the stretches. Returns their number.
     int find_stretches();

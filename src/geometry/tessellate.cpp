@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "geometry/tessellate.h"
 
-#include "geometry/ball_set.h"
 #include "geometry/gprims.h"
 #include "geometry/level_set.h"
 #include "geometry/mapped_set.h"
 #include "geometry/quadric.h"
 #include "geometry/ribbons.h"
 #include "geometry/round_curves.h"
+#include "geometry/sphere_set.h"
 
 #include <algorithm>
 #include <utility>
@@ -129,7 +129,7 @@ std::optional<TriangleMesh> make_primitive_mesh(const scene::Shape& shape) {
         data.primitives = MappedSet::make(set, curves->shape_from_curves);
         data.primvars = curves->primvars;
     } else if (const auto* points = std::get_if<scene::Points>(&shape.geometry)) {
-        data.primitives = MappedSet::make(BallSet::make(*points), points->shape_from_points);
+        data.primitives = MappedSet::make(SphereSet::make(*points), points->shape_from_points);
         data.primvars = points->primvars;
     } else if (const auto* level_set = std::get_if<scene::LevelSet>(&shape.geometry)) {
         data.primitives =

@@ -97,11 +97,11 @@ class TriangleMesh {
 
     bool has_normals() const { return !data_.normals.empty(); }
 
-    /// Interpolated shading normal in shape space, not normalised; zero when the mesh is faceted.
+    /// Interpolated shading normal in shape space, not normalized; zero when the mesh is faceted.
     /// Between keys normals go straight on, as points do.
     Vec3d normal(uint32_t triangle, float b1, float b2, float time = 0) const;
 
-    /// Shading normals of the three corners in shape space, not normalised; false when the mesh is
+    /// Shading normals of the three corners in shape space, not normalized; false when the mesh is
     /// faceted or one of them is missing.
     bool corner_normals(uint32_t triangle, Vec3d out[3], float time = 0) const;
 

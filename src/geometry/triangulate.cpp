@@ -90,7 +90,7 @@ void clip_ears(const std::vector<Vec2d>& flat, Triangles& out) {
         const uint32_t after = ring.next[corner];
         const bool is_straight = turn(flat[before], flat[corner], flat[after]) == 0.0;
         // After a full round without an ear the polygon crosses itself: cut here all the same. A
-        // straight corner goes only then, since it still shapes the triangles of its neighbours.
+        // straight corner goes only then, since it still shapes the triangles of its neighbors.
         if (is_ear(flat, ring, corner) || failures >= left * (is_straight ? 1 : 2)) {
             out.push_back({before, corner, after});
             ring.remove(corner);

@@ -14,9 +14,9 @@ namespace {
 constexpr float below_one = 0x1.fffffep-1f;
 
 /// A quarter becomes a node of its own when it holds this share of the whole …
-constexpr double least_share = 0.003;
+constexpr double min_share = 0.003;
 /// … and this many items of like weight at least; finer cells would follow noise.
-constexpr double least_items = 4;
+constexpr double min_items = 4;
 /// Smallest cell: 4^-9 of the sphere, 0.4° wide.
 constexpr int depth_limit = 9;
 /// Items that the assumption of equality is worth (Dirichlet prior).
@@ -68,8 +68,8 @@ class Fitter {
             const double part =
                 (items_here * mass.sum / all.sum + prior_items / 4) / (items_here + prior_items);
             nodes_[index].share[k] = float(part);
-            const bool is_worth = share * part >= least_share && depth + 1 < depth_limit &&
-                                  mass.effective_items() >= least_items;
+            const bool is_worth = share * part >= min_share && depth + 1 < depth_limit &&
+                                  mass.effective_items() >= min_items;
             if (is_worth) child[k] = divide(quarters[k], mass, share * part, depth + 1);
         }
         std::copy(child.begin(), child.end(), nodes_[index].child);

@@ -21,14 +21,14 @@ constexpr size_t records_per_cell = 600;
 /// finer choice.
 constexpr size_t places_limit = size_t(1) << 16;
 /// A division that leaves less than this share on one side is no division by the median.
-constexpr size_t least_share = 8;
+constexpr size_t min_share = 8;
 
 }  // namespace
 
 /// Builds a field; holds what only the building needs.
 class FieldBuilder {
   public:
-    FieldBuilder(GuidingField& field, std::span<const Record> records)
+    FieldBuilder(GuidingField& field, std::span<const TrainingSample> records)
         : field_(field), records_(records) {}
 
     void build() {
@@ -124,7 +124,7 @@ class FieldBuilder {
         const float split = median->c[axis];
         const auto below = std::count_if(places.begin(), median,
                                          [&](const auto& at) { return at.c[axis] < split; });
-        if (size_t(below) * least_share >= places.size()) return split;
+        if (size_t(below) * min_share >= places.size()) return split;
         const float middle = extent.low.c[axis] + 0.5f * extent.length(axis);
         return middle > extent.low.c[axis] ? middle : extent.high.c[axis];
     }
@@ -135,7 +135,7 @@ class FieldBuilder {
     }
 
     /// The cell that a record informs: that of a place up to half a cell's extent away, so that
-    /// neighbouring cells go over into each other.
+    /// neighboring cells go over into each other.
     uint32_t informed_cell(uint32_t record) const {
         Coordinates at = field_.coordinates(records_[record].at);
         const Extent& extent = extents_[field_.cell_of(at)];
@@ -162,7 +162,7 @@ class FieldBuilder {
             std::vector<WeightedDirection> items;
             items.reserve(start[cell + 1] - start[cell]);
             for (size_t i = start[cell]; i < start[cell + 1]; ++i) {
-                const Record& r = records_[sorted[i]];
+                const TrainingSample& r = records_[sorted[i]];
                 if (!(r.weight > 0.0f)) continue;
                 items.push_back({square_from_direction(r.wi), r.weight});
                 means[cell] += double(r.weight);
@@ -180,7 +180,7 @@ class FieldBuilder {
     }
 
     GuidingField& field_;
-    std::span<const Record> records_;
+    std::span<const TrainingSample> records_;
     std::vector<uint32_t> used_;    // records that count
     std::vector<uint32_t> bright_;  // those of them that brought light
     std::vector<Coordinates> places_;
@@ -188,7 +188,7 @@ class FieldBuilder {
     size_t cell_limit_ = 1;
 };
 
-GuidingField::GuidingField(std::span<const Record> records) {
+GuidingField::GuidingField(std::span<const TrainingSample> records) {
     FieldBuilder(*this, records).build();
 }
 

@@ -8,7 +8,7 @@ namespace velatura::image {
 
 namespace {
 
-/// Sums over up to 2·radius + 1 neighbours in a line of `count` values, `stride` apart.
+/// Sums over up to 2·radius + 1 neighbors in a line of `count` values, `stride` apart.
 void sum_along(const double* in, double* out, int count, size_t stride, int radius) {
     for (int i = 0; i < count; ++i) {
         // Not from the last sum: one huge value would spoil all that follow
@@ -19,7 +19,7 @@ void sum_along(const double* in, double* out, int count, size_t stride, int radi
     }
 }
 
-int neighbours(int i, int count, int radius) {
+int neighbors(int i, int count, int radius) {
     return std::min(count - 1, i + radius) - std::max(0, i - radius) + 1;
 }
 
@@ -39,7 +39,7 @@ std::vector<double> box_mean(const std::vector<double>& values, int width, int h
     for (int y = 0; y < height; ++y) {
         for (int x = 0; x < width; ++x)
             out[size_t(y) * size_t(width) + size_t(x)] /=
-                double(neighbours(x, width, radius) * neighbours(y, height, radius));
+                double(neighbors(x, width, radius) * neighbors(y, height, radius));
     }
     return out;
 }

@@ -34,14 +34,14 @@ class Sha256 {
     std::unique_ptr<Impl> impl_;
 };
 
-/// True for channels that keep books (`sums…`) and are no picture.
+/// True for channels that keep books (`sums…`) and are no image.
 bool is_bookkeeping(std::string_view channel_name);
 
 /// Digest of some channels over a window: the window, then by channel name: name, type, rows from
 /// the top.
 std::string digest_of(const Window& data, std::vector<const Channel*> channels);
 
-/// Digest of the picture: all its channels but the bookkeeping ones as above. Equal digests mean
+/// Digest of the image: all its channels but the bookkeeping ones as above. Equal digests mean
 /// the same image, in whatever layout; attributes and compression do not count.
 std::string digest_of(const Image& image);
 

@@ -49,7 +49,7 @@ struct Source {
     std::string warning;
 };
 
-Source source_of(const UsedConfig& used, const FileColor& color) {
+Source source_of(const ActiveConfig& used, const FileColor& color) {
     const auto& [config, is_built_in] = used;
     if (!color.space.empty()) return {color.space, {}, {}};
     if (color.known) {
@@ -77,7 +77,7 @@ Source source_of(const UsedConfig& used, const FileColor& color) {
 }  // namespace
 
 Result<std::vector<DisplayViews>> display_views() {
-    const auto used = used_config();
+    const auto used = active_config();
     if (!used) return used.error();
     const ocio::ConstConfigRcPtr& config = used->config;
     std::vector<DisplayViews> all;
@@ -107,7 +107,7 @@ DisplayTransform& DisplayTransform::operator=(DisplayTransform&&) noexcept = def
 Result<DisplayTransform> DisplayTransform::make(const std::string& display,
                                                 const std::string& view,
                                                 const FileColor& color) {
-    const auto used = used_config();
+    const auto used = active_config();
     if (!used) return used.error();
     const ocio::ConstConfigRcPtr& config = used->config;
     try {

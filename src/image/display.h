@@ -20,7 +20,7 @@ struct DisplayViews {
 /// Errors: "ocio-config".
 Result<std::vector<DisplayViews>> display_views();
 
-/// Turns scene-linear pictures into what a monitor shows, through OpenColorIO: the config of $OCIO,
+/// Turns scene-linear images into what a monitor shows, through OpenColorIO: the config of $OCIO,
 /// else a small built-in one with display `sRGB` and the views `ACES` (SDR video output transform),
 /// `sRGB` (no tone mapping) and `Raw`.
 class DisplayTransform {

@@ -34,7 +34,7 @@ std::once_flag threads_started;
 
 void start_exr_threads() {
     std::call_once(threads_started, [] {
-        const MemoryLimit::Lifted for_their_stacks;
+        const MemoryLimit::Suspension for_their_stacks;
         Imf::setGlobalThreadCount(std::max(1, thread_count()));
     });
 }
@@ -182,7 +182,7 @@ Result<ExrReader> ExrReader::open(const std::string& path, Chunks chunks) {
         const int threads = chunks == Chunks::One ? 0 : Imf::globalThreadCount();
         impl->file = std::make_unique<Imf::MultiPartInputFile>(path.c_str(), threads);
         const uint64_t file_bytes = std::filesystem::file_size(path);
-        uint64_t least_bytes = 0;  // of all parts up to here
+        uint64_t min_bytes = 0;  // of all parts up to here
         for (int i = 0; i < impl->file->parts(); ++i) {
             const Imf::Header& header = impl->file->header(i);
             if (header.hasType() && !Imf::isImage(header.type())) {
@@ -193,8 +193,8 @@ Result<ExrReader> ExrReader::open(const std::string& path, Chunks chunks) {
             const Window data = window_of(header.dataWindow());
             if (data.is_empty() || data.pixel_count() > max_pixels)
                 return error("data window too large");
-            least_bytes += least_bytes_of(header);
-            if (least_bytes > file_bytes)
+            min_bytes += min_bytes_of(header);
+            if (min_bytes > file_bytes)
                 return error(fmt::format("{} bytes cannot hold {}×{} pixels of part {}", file_bytes,
                                          data.width(), data.height(), i + 1));
             impl->places.push_back(i);

@@ -46,7 +46,7 @@ int rows_per_chunk_of(const Imf::Header& header) {
     return exr_lines_per_chunk(uint32_t(header.compression()));
 }
 
-uint64_t most_expansion(const Imf::Header& header) {
+uint64_t max_expansion(const Imf::Header& header) {
     switch (header.compression()) {
         case Imf::NO_COMPRESSION:
             return 1;
@@ -73,15 +73,14 @@ uint64_t most_expansion(const Imf::Header& header) {
     }
 }
 
-uint64_t least_bytes_of(const Imf::Header& header) {
+uint64_t min_bytes_of(const Imf::Header& header) {
     const Window w = window_of(header.dataWindow());
     uint64_t chunks =
         rounded_up_quotient(uint64_t(w.height()), uint64_t(rows_per_chunk_of(header)));
     if (Imf::isTiled(header.type()))
         chunks *= rounded_up_quotient(uint64_t(w.width()), header.tileDescription().xSize);
     // Eight bytes for a chunk's place, eight before its data
-    return 16 * chunks +
-           uint64_t(w.pixel_count()) * pixel_bytes_of(header) / most_expansion(header);
+    return 16 * chunks + uint64_t(w.pixel_count()) * pixel_bytes_of(header) / max_expansion(header);
 }
 
 Result<void> check_headers(const std::string& path) {
@@ -89,7 +88,7 @@ Result<void> check_headers(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     std::error_code none;
     const std::string fault =
-        fault_of_exr_headers(file, std::filesystem::file_size(path, none), version);
+        exr_header_error(file, std::filesystem::file_size(path, none), version);
     if (fault.empty()) return {};
     return Error{"io-open", fmt::format("cannot open {}: {}", path, fault)};
 }

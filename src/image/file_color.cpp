@@ -25,7 +25,7 @@ const T* attribute(const Image& image, size_t part, const char* name) {
     return in(image.attributes);
 }
 
-void take_known(FileColor& color, const KnownSpace& known, const char* reason) {
+void take_known(FileColor& color, const StandardSpace& known, const char* reason) {
     color.known = &known;
     color.label = known.label;
     color.aces_from_file = aces_from_rgb(known.primaries);
@@ -34,7 +34,7 @@ void take_known(FileColor& color, const KnownSpace& known, const char* reason) {
 
 /// True where the config has a space, alias or role of that name.
 bool take_space(FileColor& color,
-                const UsedConfig& used,
+                const ActiveConfig& used,
                 const std::string& name,
                 const char* reason) {
     const auto space = used.config->getColorSpace(name.c_str());
@@ -47,16 +47,16 @@ bool take_space(FileColor& color,
 
 Result<FileColor> asked_color(const std::string& input_space) {
     FileColor color;
-    const auto used = used_config();
+    const auto used = active_config();
     if (!used) return used.error();
     if (take_space(color, *used, input_space, "--input-space")) return color;
-    if (const KnownSpace* known = known_space(input_space)) {
+    if (const StandardSpace* known = standard_space(input_space)) {
         take_known(color, *known, "--input-space");
         return color;
     }
     std::vector<std::string> names = space_names(*used->config);
     const std::string near = did_you_mean(input_space, names);
-    for (const KnownSpace& known : known_spaces()) names.emplace_back(known.names[0]);
+    for (const StandardSpace& known : standard_spaces()) names.emplace_back(known.names[0]);
     return Error{"unknown-space", fmt::format("no color space '{}'{}; there are: {}", input_space,
                                               near, fmt::join(names, ", "))};
 }
@@ -65,14 +65,14 @@ Result<FileColor> asked_color(const std::string& input_space) {
 Result<bool> take_id(FileColor& color, const std::string& id) {
     if (id.empty() || id == "unknown") return false;
     if (id == "data") {
-        color.warnings.emplace_back("colorInteropID says data, not colors");
+        color.warnings.emplace_back("colorInteropID is data, not colors");
         return false;
     }
-    if (const KnownSpace* known = known_space(id)) {
+    if (const StandardSpace* known = standard_space(id)) {
         take_known(color, *known, "colorInteropID");
         return true;
     }
-    const auto used = used_config();
+    const auto used = active_config();
     if (!used) return used.error();
     if (take_space(color, *used, id, "colorInteropID")) return true;
     color.warnings.push_back(fmt::format(
@@ -81,7 +81,7 @@ Result<bool> take_id(FileColor& color, const std::string& id) {
 }
 
 bool take_primaries(FileColor& color, const Chromaticities& primaries) {
-    if (const KnownSpace* known = known_space(primaries)) {
+    if (const StandardSpace* known = standard_space(primaries)) {
         take_known(color, *known, "chromaticities");
         return true;
     }
@@ -95,7 +95,7 @@ bool take_primaries(FileColor& color, const Chromaticities& primaries) {
 }
 
 Result<void> take_default(FileColor& color) {
-    const auto used = used_config();
+    const auto used = active_config();
     if (!used) return used.error();
     color.reason = "no color space in the header";
     if (used->is_built_in) {
@@ -119,10 +119,10 @@ Result<FileColor> color_of(const Image& image, const std::string& input_space, s
     const auto by_id = take_id(color, id ? *id : std::string());
     if (!by_id) return by_id.error();
     if (*by_id) {
-        const KnownSpace* other = primaries ? known_space(*primaries) : nullptr;
+        const StandardSpace* other = primaries ? standard_space(*primaries) : nullptr;
         if (other && color.known && other != color.known)
             color.warnings.push_back(
-                fmt::format("colorInteropID says {}, chromaticities {}: taken as {}", color.label,
+                fmt::format("colorInteropID is {}, chromaticities are {}: using {}", color.label,
                             other->label, color.label));
         return color;
     }
@@ -140,7 +140,7 @@ ColorMatrix file_from_rec709(const FileColor& color) {
 }
 
 Result<std::vector<std::string>> color_spaces() {
-    const auto used = used_config();
+    const auto used = active_config();
     if (!used) return used.error();
     return space_names(*used->config);
 }

@@ -16,7 +16,7 @@ namespace velatura::image {
 /// What the numbers of a file mean.
 struct FileColor {
     std::string space;  ///< a color space of the OpenColorIO config; empty: see what follows
-    const KnownSpace* known = nullptr;
+    const StandardSpace* known = nullptr;
     std::optional<ColorMatrix> aces_from_file;  ///< where they are linear and their primaries known
     std::string label;                          ///< for people: `ACEScg`
     std::string reason;  ///< `chromaticities`, `colorInteropID`, `--input-space`, `nothing said`

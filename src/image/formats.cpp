@@ -4,7 +4,7 @@
 #include "base/asset_roots.h"
 #include "base/atomic_file.h"
 #include "base/hash.h"
-#include "image/picture_library.h"
+#include "image/image_library.h"
 
 #include <fmt/format.h>
 
@@ -21,7 +21,7 @@ float linear_from_srgb(float v) {
     return v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f);
 }
 
-bool is_srgb(const PictureFacts& facts, SourceColorSpace space) {
+bool is_srgb(const ImageInfo& facts, SourceColorSpace space) {
     if (space != SourceColorSpace::Auto) return space == SourceColorSpace::Srgb;
     if (facts.is_floating_point) return false;
     const std::string& stated = facts.color_space;
@@ -29,10 +29,10 @@ bool is_srgb(const PictureFacts& facts, SourceColorSpace space) {
 }
 
 /// A file that is missing or may not be read needs no library to say so.
-Result<std::unique_ptr<Picture>> open_picture(const std::string& path) {
+Result<std::unique_ptr<ImageFile>> open_image(const std::string& path) {
     const Result<std::string> admitted = admit_asset(path);
     if (!admitted) return admitted.error();
-    const Result<const PictureLibrary*> library = picture_library();
+    const Result<const ImageLibrary*> library = image_library();
     if (!library) return library.error();
     return (*library)->open(*admitted);
 }
@@ -43,11 +43,11 @@ double unit_noise(size_t i) {
 }
 
 std::vector<uint16_t> stored_values(const std::vector<float>& values, int bits, bool has_dither) {
-    const double most = double((1 << bits) - 1);
+    const double max = double((1 << bits) - 1);
     std::vector<uint16_t> stored(values.size());
     for (size_t i = 0; i < values.size(); ++i) {
         const float clamped = values[i] > 0.0f ? std::min(values[i], 1.0f) : 0.0f;
-        const double steps = double(clamped) * most;
+        const double steps = double(clamped) * max;
         // The mean of floor(x + u) over u in [0, 1) is x
         stored[i] = uint16_t(has_dither ? std::floor(steps + unit_noise(i)) : std::round(steps));
     }
@@ -60,13 +60,13 @@ Result<RgbImage> read_rgb_image(const std::string& path,
                                 SourceColorSpace space,
                                 const ReadLimits& limits,
                                 size_t* not_finite) {
-    const Result<std::unique_ptr<Picture>> opened = open_picture(path);
+    const Result<std::unique_ptr<ImageFile>> opened = open_image(path);
     if (!opened) {
         return Error{"image-open",
                      fmt::format("cannot open the image {}: {}", path, opened.error().message)};
     }
-    Picture& picture = **opened;
-    const PictureFacts& facts = picture.facts();
+    ImageFile& file = **opened;
+    const ImageInfo& facts = file.facts();
     if (facts.width <= 0 || facts.height <= 0 || facts.channels <= 0) {
         return Error{"image-open", fmt::format("cannot open the image {}: it has no pixels", path)};
     }
@@ -79,7 +79,7 @@ Result<RgbImage> read_rgb_image(const std::string& path,
     }
     const int channels = facts.channels >= 3 ? 3 : 1;
     std::vector<float> stored(size_t(facts.width) * size_t(facts.height) * size_t(channels));
-    if (const Result<void> read = picture.read(channels, stored); !read) {
+    if (const Result<void> read = file.read(channels, stored); !read) {
         return Error{"image-read",
                      fmt::format("cannot read the image {}: {}", path, read.error().message)};
     }
@@ -113,7 +113,7 @@ const DisplayFormat* display_format(const std::string& path) {
 }
 
 Result<void> write_display_image(const std::string& path,
-                                 const DisplayPicture& picture,
+                                 const DisplayImage& file,
                                  const DisplayStorage& storage) {
     const auto error = [&path](const std::string& why) {
         return Error{"io-write", fmt::format("cannot write {}: {}", path, why)};
@@ -121,13 +121,12 @@ Result<void> write_display_image(const std::string& path,
     const DisplayFormat* const format = display_format(path);
     if (!format) return error("its name ends in no known format");
     const int bits = storage.bits == 0 ? format->bits[0] : storage.bits;
-    const std::vector<uint16_t> stored = stored_values(picture.values, bits, storage.has_dither);
-    const Result<const PictureLibrary*> library = picture_library();
+    const std::vector<uint16_t> stored = stored_values(file.values, bits, storage.has_dither);
+    const Result<const ImageLibrary*> library = image_library();
     if (!library) return error(library.error().message);
     return write_atomically(path, [&](const std::string& temporary) -> Result<void> {
         const Result<void> written = (*library)->write(
-            temporary,
-            {picture.width, picture.height, picture.channels, bits, stored, picture.pixel_aspect});
+            temporary, {file.width, file.height, file.channels, bits, stored, file.pixel_aspect});
         if (!written) return error(written.error().message);
         return {};
     });

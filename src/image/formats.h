@@ -27,28 +27,28 @@ enum class SourceColorSpace : uint8_t {
     Srgb,  ///< sRGB transfer curve
 };
 
-/// Limits on what a picture may ask of the machine.
+/// Limits on what an image may ask of the machine.
 struct ReadLimits {
     int max_side = 32768;
     size_t max_pixels = size_t(1) << 28;
 };
 
-/// Reads an EXR, HDR, PNG, JPEG, TIFF … picture as RGB; grey is copied to the three channels, alpha
+/// Reads an EXR, HDR, PNG, JPEG, TIFF … image as RGB; gray is copied to the three channels, alpha
 /// is dropped. Values that are not finite become 0 and are counted in `not_finite` when it is
-/// given. Opens the picture library. Errors: "image-open" (missing, not an image, no library),
+/// given. Opens the image library. Errors: "image-open" (missing, not an image, no library),
 /// "image-too-large", "image-read".
 Result<RgbImage> read_rgb_image(const std::string& path,
                                 SourceColorSpace space = SourceColorSpace::Auto,
                                 const ReadLimits& limits = {},
                                 size_t* not_finite = nullptr);
 
-/// A display-referred value as a picture of 8 bits has it: clamped to [0, 1] and rounded; NaN is 0.
+/// A display-referred value as an image of 8 bits has it: clamped to [0, 1] and rounded; NaN is 0.
 inline uint8_t display_byte(float v) {
     const float clamped = v > 0.0f ? std::min(v, 1.0f) : 0.0f;
     return uint8_t(std::lround(double(clamped) * 255));
 }
 
-/// A format of display pictures.
+/// A format of display images.
 struct DisplayFormat {
     std::string_view extension;  ///< in small letters, with its dot
     std::array<int, 4> bits;     ///< per channel, what it can store, the usual first; 0: no more
@@ -67,8 +67,8 @@ inline constexpr std::array<DisplayFormat, 6> display_formats = {{
 /// By the end of a file's name, in capitals or not; nullptr: none of them.
 const DisplayFormat* display_format(const std::string& path);
 
-/// A display-referred picture.
-struct DisplayPicture {
+/// A display-referred image.
+struct DisplayImage {
     int width = 0, height = 0;
     int channels = 3;           ///< 4: with alpha, which RGB is not multiplied by
     std::vector<float> values;  ///< [height][width][channels], 0 … 1; row 0 = top
@@ -82,10 +82,10 @@ struct DisplayStorage {
     bool has_dither = false;
 };
 
-/// Writes a picture in the format that the name ends in, under a temporary name and renamed. Values
-/// are clamped to [0, 1] and rounded; NaN is 0. Opens the picture library. Errors: "io-write".
+/// Writes an image in the format that the name ends in, under a temporary name and renamed. Values
+/// are clamped to [0, 1] and rounded; NaN is 0. Opens the image library. Errors: "io-write".
 Result<void> write_display_image(const std::string& path,
-                                 const DisplayPicture& picture,
+                                 const DisplayImage& image,
                                  const DisplayStorage& storage = {});
 
 /// RGB, [height][width][3], at the format's usual bits.

@@ -78,7 +78,7 @@ struct Part {
 /// A file of images over one data window.
 struct Image {
     Window data;     ///< where pixels are
-    Window display;  ///< the whole picture
+    Window display;  ///< the whole image
     float pixel_aspect_ratio = 1.0f;
     Attributes
         attributes;  ///< on the first part of the file; chromaticities and matrices on every part

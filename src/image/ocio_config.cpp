@@ -102,7 +102,7 @@ bool is_near(const ColorMatrix& a, const ColorMatrix& b) {
     return true;
 }
 
-std::optional<Anchor> anchor_by_matrices(const ocio::ConstConfigRcPtr& config) {
+std::optional<ReferenceSpace> anchor_by_matrices(const ocio::ConstConfigRcPtr& config) {
     const auto linear = config->getColorSpace(ocio::ROLE_SCENE_LINEAR);
     if (!linear) return std::nullopt;
     for (const std::string& name : space_names(*config)) {
@@ -110,13 +110,13 @@ std::optional<Anchor> anchor_by_matrices(const ocio::ConstConfigRcPtr& config) {
         if (!space || space->isData() || name == linear->getName()) continue;
         const auto matrix = matrix_between(config, name, linear->getName());
         if (!matrix) continue;
-        for (const KnownSpace& to : known_spaces()) {
+        for (const StandardSpace& to : standard_spaces()) {
             const ColorMatrix aces_from_to = *aces_from_rgb(to.primaries);
-            for (const KnownSpace& from : known_spaces()) {
+            for (const StandardSpace& from : standard_spaces()) {
                 const ColorMatrix between =
                     product(*inverse(aces_from_to), *aces_from_rgb(from.primaries));
                 if (&from != &to && is_near(*matrix, between))
-                    return Anchor{linear->getName(), aces_from_to};
+                    return ReferenceSpace{linear->getName(), aces_from_to};
             }
         }
     }
@@ -133,7 +133,7 @@ ocio::MatrixTransformRcPtr matrix_transform(const ColorMatrix& m) {
     return transform;
 }
 
-Result<UsedConfig> used_config() {
+Result<ActiveConfig> active_config() {
     // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody changes the environment
     const char* const variable = std::getenv("OCIO");
     const std::string path = variable ? variable : "";
@@ -144,7 +144,7 @@ Result<UsedConfig> used_config() {
     try {
         ocio::ConstConfigRcPtr& config = read[path];
         if (!config) config = path.empty() ? built_in_config() : ocio::Config::CreateFromEnv();
-        return UsedConfig{config, path.empty()};
+        return ActiveConfig{config, path.empty()};
     } catch (const std::exception& e) {
         return Error{"ocio-config", fmt::format("cannot use the OpenColorIO config: {}", e.what())};
     }
@@ -157,19 +157,19 @@ std::vector<std::string> space_names(const ocio::Config& config) {
     return names;
 }
 
-std::optional<Anchor> anchor_of(const ocio::ConstConfigRcPtr& config) {
+std::optional<ReferenceSpace> anchor_of(const ocio::ConstConfigRcPtr& config) {
     if (const auto aces = config->getColorSpace(ocio::ROLE_INTERCHANGE_SCENE))
-        return Anchor{aces->getName(), {1, 0, 0, 0, 1, 0, 0, 0, 1}};
-    for (const KnownSpace& known : known_spaces()) {
+        return ReferenceSpace{aces->getName(), {1, 0, 0, 0, 1, 0, 0, 0, 1}};
+    for (const StandardSpace& known : standard_spaces()) {
         for (const std::string_view name : known.names) {
             const auto space = config->getColorSpace(std::string(name).c_str());
             if (space && !space->isData())
-                return Anchor{space->getName(), *aces_from_rgb(known.primaries)};
+                return ReferenceSpace{space->getName(), *aces_from_rgb(known.primaries)};
         }
     }
     if (const auto xyz = config->getColorSpace(ocio::ROLE_INTERCHANGE_DISPLAY))
-        return Anchor{xyz->getName(),
-                      *aces_from_rgb(known_space("lin_ciexyzd65_scene")->primaries)};
+        return ReferenceSpace{xyz->getName(),
+                              *aces_from_rgb(standard_space("lin_ciexyzd65_scene")->primaries)};
     return anchor_by_matrices(config);
 }
 

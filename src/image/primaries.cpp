@@ -31,7 +31,7 @@ constexpr auto adobe_names =
 constexpr auto xyz_names = std::to_array<std::string_view>(
     {"lin_ciexyzd65_scene", "lin_ciexyzd65", "Linear CIE-XYZ D65", "cie_xyz_d65_scene"});
 
-const std::array<KnownSpace, 7> spaces = {{
+const std::array<StandardSpace, 7> spaces = {{
     {"linear Rec.709", {0.64f, 0.33f, 0.30f, 0.60f, 0.15f, 0.06f, 0.3127f, 0.3290f}, rec709_names},
     {"ACEScg", {0.713f, 0.293f, 0.165f, 0.830f, 0.128f, 0.044f, 0.32168f, 0.33767f}, ap1_names},
     {"ACES2065-1",
@@ -133,12 +133,12 @@ std::optional<ColorMatrix> aces_from_rgb(const Chromaticities& primaries) {
     return product(aces_from_xyz, adapted);
 }
 
-std::span<const KnownSpace> known_spaces() {
+std::span<const StandardSpace> standard_spaces() {
     return spaces;
 }
 
-const KnownSpace* known_space(std::string_view name) {
-    for (const KnownSpace& space : spaces) {
+const StandardSpace* standard_space(std::string_view name) {
+    for (const StandardSpace& space : spaces) {
         if (std::any_of(space.names.begin(), space.names.end(),
                         [&](std::string_view n) { return is_same_name(n, name); }))
             return &space;
@@ -146,9 +146,9 @@ const KnownSpace* known_space(std::string_view name) {
     return nullptr;
 }
 
-const KnownSpace* known_space(const Chromaticities& primaries) {
+const StandardSpace* standard_space(const Chromaticities& primaries) {
     constexpr float near = 0.002f;
-    for (const KnownSpace& space : spaces) {
+    for (const StandardSpace& space : spaces) {
         if (std::equal(primaries.begin(), primaries.end(), space.primaries.begin(),
                        [](float a, float b) { return std::abs(a - b) < near; }))
             return &space;
@@ -156,7 +156,7 @@ const KnownSpace* known_space(const Chromaticities& primaries) {
     return nullptr;
 }
 
-const KnownSpace& linear_rec709() {
+const StandardSpace& linear_rec709() {
     return spaces[0];
 }
 

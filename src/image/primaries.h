@@ -23,7 +23,7 @@ std::optional<ColorMatrix> inverse(const ColorMatrix& m);
 std::optional<ColorMatrix> aces_from_rgb(const Chromaticities& primaries);
 
 /// A linear color space that files and OpenColorIO configs name.
-struct KnownSpace {
+struct StandardSpace {
     std::string_view label;  ///< for people
     Chromaticities primaries;
     /// What it is called, in any case: the colorInteropID first, then names and aliases of the ACES
@@ -32,14 +32,14 @@ struct KnownSpace {
 };
 
 /// Rec.709, ACEScg, ACES2065-1, P3-D65, Rec.2020, Adobe RGB, CIE XYZ (D65).
-std::span<const KnownSpace> known_spaces();
+std::span<const StandardSpace> standard_spaces();
 
 /// Null where no known space is called so.
-const KnownSpace* known_space(std::string_view name);
+const StandardSpace* standard_space(std::string_view name);
 
 /// The known space whose primaries and white are those to 0.002; null: none.
-const KnownSpace* known_space(const Chromaticities& primaries);
+const StandardSpace* standard_space(const Chromaticities& primaries);
 
-const KnownSpace& linear_rec709();
+const StandardSpace& linear_rec709();
 
 }  // namespace velatura::image

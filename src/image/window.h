@@ -5,7 +5,7 @@
 
 namespace velatura::image {
 
-/// Half-open pixel rectangle [x0, x1) × [y0, y1); y counts from the top row of the picture.
+/// Half-open pixel rectangle [x0, x1) × [y0, y1); y counts from the top row of the image.
 struct Window {
     int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
 

@@ -51,15 +51,15 @@ struct Context {
 /// The same transform for row vectors, in double.
 Mat4d to_matrix(const aiMatrix4x4& m);
 
-/// Whether the mesh carries vertex colours that its material can show.
+/// Whether the mesh carries vertex colors that its material can show.
 bool has_shown_colors(Context& ctx, const aiMesh& mesh);
 
-/// Prim of a material; with `has_colors` its diffuse colour comes from displayColor.
+/// Prim of a material; with `has_colors` its diffuse color comes from displayColor.
 Path material_prim(Context& ctx, unsigned index, bool has_colors);
 /// Binds the mesh's material to `prim`.
 void bind_material(Context& ctx, Path prim, const aiMesh& mesh);
 
-/// Constant part of a material's diffuse colour and opacity.
+/// Constant part of a material's diffuse color and opacity.
 struct BaseColor {
     Vec3 color = Vec3(1.0f);
     float opacity = 1.0f;

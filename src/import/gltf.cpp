@@ -130,9 +130,9 @@ bool apply_emissive_strength(json& material, Diagnostics& diagnostics, SourceLoc
     }
     const auto factor = material.find("emissiveFactor");
     if (factor == material.end() || !factor->is_array()) return false;
-    constexpr double most = double(std::numeric_limits<float>::max());
+    constexpr double max = double(std::numeric_limits<float>::max());
     for (json& channel : *factor)
-        if (channel.is_number()) channel = std::min(channel.get<double>() * strength, most);
+        if (channel.is_number()) channel = std::min(channel.get<double>() * strength, max);
     return true;
 }
 

@@ -11,7 +11,7 @@
 namespace velatura::import {
 
 /// Gives the vertices of a glTF file as floats where they are integers of 8 or 16 bits (texture
-/// coordinates and colours may be, KHR_mesh_quantization adds positions and normals): Assimp 5.2
+/// coordinates and colors may be, KHR_mesh_quantization adds positions and normals): Assimp 5.2
 /// takes their bytes for floats. Changes accessors in `file` and adds a buffer for them.
 /// Args:    body: of a .glb file what follows the JSON, else empty; folder: of the file.
 /// Returns: whether anything changed. Accessors whose bytes are not there are left as they are,

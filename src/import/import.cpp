@@ -266,7 +266,7 @@ struct Orientation {
     Mat4d root;
 };
 
-/// Assimp turns .dae scenes to +Y and scales them to metres by the matrix of the root node: this
+/// Assimp turns .dae scenes to +Y and scales them to meters by the matrix of the root node: this
 /// undoes both and keeps the file's own axis and unit.
 Orientation collada_orientation(const aiScene& scene) {
     Orientation out;

@@ -42,7 +42,7 @@ void author_transform(Context& ctx, Path prim, const Mat4d& matrix) {
 }
 
 void author_color(Context& ctx, Path prim, const Vec3d& color) {
-    // The brightest channel is the intensity, so that colour stays a colour
+    // The brightest channel is the intensity, so that color stays a color
     const double intensity = std::max({color.x, color.y, color.z});
     const Vec3d unit = intensity > 0.0 ? color / intensity : Vec3d(1.0);
     ctx.author.attribute(prim, "inputs:color", "color3f",
@@ -50,9 +50,9 @@ void author_color(Context& ctx, Path prim, const Vec3d& color) {
     ctx.author.attribute(prim, "inputs:intensity", "float", Value(float(intensity)));
 }
 
-/// Factor from a light's colour to the radiant intensity of a point light in world units that falls
+/// Factor from a light's color to the radiant intensity of a point light in world units that falls
 /// off with the square of the distance. glTF speaks of candela. Other files give the irradiance
-/// (as Phong's model means it: a white diffuse surface then shows this colour, hence π) by a
+/// (as Phong's model means it: a white diffuse surface then shows this color, hence π) by a
 /// polynomial of the distance in the light's own units; it is met at the middle of the scene.
 double point_intensity(Context& ctx, Path prim, const aiLight& light, const Mat4d& world) {
     if (ctx.format == Format::Gltf) return 1.0;
@@ -161,7 +161,7 @@ void author_light(Context& ctx, Path parent, const aiLight& light, const Mat4d& 
                                        to_vector(light.mUp)));
     switch (light.mType) {
         case aiLightSource_DIRECTIONAL:
-            // Normalised, the intensity is the irradiance: lux in glTF
+            // Normalized, the intensity is the irradiance: lux in glTF
             ctx.author.attribute(prim, "inputs:normalize", "bool", Value(true));
             author_color(ctx, prim, color * (ctx.format == Format::Gltf ? 1.0 : pi_d));
             break;

@@ -47,7 +47,7 @@ bool is_unlit(const aiMaterial& material) {
     return get<int>(material, "$mat.shadingm") == int(aiShadingMode_Unlit);
 }
 
-/// Colour texture times constant.
+/// Color texture times constant.
 void author_emission(SurfaceAuthor& surface, const aiMaterial& material, float strength) {
     const Vec3 emission = color(material, emissive_key).value_or(Vec3(0.0f)) * strength;
     const TextureSlot slot{aiTextureType_EMISSIVE, 0};
@@ -182,7 +182,7 @@ void author_metallic_roughness(SurfaceAuthor& surface, const aiMaterial& materia
 
 void author_gltf(SurfaceAuthor& surface, const aiMaterial& material, const BaseColor& base) {
     if (is_unlit(material)) {
-        // Shows its colour whatever the light
+        // Shows its color whatever the light
         surface.constant("diffuseColor", Vec3(0.0f));
         surface.constant("useSpecularWorkflow", 1);
         surface.constant("specularColor", Vec3(0.0f));
@@ -196,7 +196,7 @@ void author_gltf(SurfaceAuthor& surface, const aiMaterial& material, const BaseC
         author_specular_glossiness(surface, material, *gloss);
     else
         author_metallic_roughness(surface, material);
-    // KHR_materials_emissive_strength is part of the colour by now, see prepare_gltf
+    // KHR_materials_emissive_strength is part of the color by now, see prepare_gltf
     author_emission(surface, material, 1.0f);
     author_gltf_opacity(surface, material, base.opacity);
     author_gltf_extensions(surface, material);
@@ -228,7 +228,7 @@ std::optional<float> given_roughness(const Context& ctx, const aiMaterial& mater
 
 /// Phong's highlight as a microfacet lobe. The exponent n becomes the width alpha² = 2 / (n + 2)
 /// (Walter et al. 2007, "Microfacet Models for Refraction", EGSR, section 5.2), and roughness is
-/// the root of alpha. Its colour is a weight without physical meaning: 1 stands for a reflectance
+/// the root of alpha. Its color is a weight without physical meaning: 1 stands for a reflectance
 /// of 0.08 at normal incidence, or for all of it where the .mtl file speaks of ray-traced mirrors.
 void author_highlight(SurfaceAuthor& surface, const aiMaterial& material) {
     const auto roughness = given_roughness(surface.context(), material);
@@ -296,19 +296,19 @@ BaseColor base_color(const Context& ctx, const aiMaterial& material) {
         color(material, diffuse_key).value_or(Vec3(ctx.format == Format::Ply ? 1.0f : 0.6f));
     base.opacity = std::clamp(number(material, opacity_key).value_or(1.0f), 0.0f, 1.0f);
     const bool has_texture = material.GetTextureCount(aiTextureType_DIFFUSE) > 0;
-    // In .dae and .fbx files a texture takes the place of the colour; in .obj files it multiplies
+    // In .dae and .fbx files a texture takes the place of the color; in .obj files it multiplies
     // it, but some exporters leave black
     const bool replaces = ctx.format == Format::Collada || ctx.format == Format::Fbx;
     if (has_texture && (replaces || (base.color == Vec3(0.0f) && ctx.format == Format::Obj)))
         base.color = Vec3(1.0f);
-    // The colours of a .ply file are those of its points; its material is Assimp's invention
+    // The colors of a .ply file are those of its points; its material is Assimp's invention
     if (ctx.format == Format::Ply && !has_texture) base.color = Vec3(1.0f);
     return base;
 }
 
 bool has_shown_colors(Context& ctx, const aiMesh& mesh) {
     if (!mesh.HasVertexColors(0) || mesh.mMaterialIndex >= ctx.scene.mNumMaterials) return false;
-    // Only .gltf and .ply files say that vertex colours show
+    // Only .gltf and .ply files say that vertex colors show
     if (ctx.format != Format::Gltf && ctx.format != Format::Ply) return false;
     const aiMaterial& material = *ctx.scene.mMaterials[mesh.mMaterialIndex];
     if (material.GetTextureCount(aiTextureType_DIFFUSE) == 0) return true;

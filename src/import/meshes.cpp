@@ -24,20 +24,20 @@ std::vector<layer::Vec3f> vectors(const aiVector3D* from, unsigned count) {
 /// Corners of the faces; points and lines are left out.
 void author_faces(Context& ctx, Path prim, const aiMesh& mesh) {
     std::vector<int> counts, indices;
-    size_t left_out = 0;
+    size_t omitted = 0;
     for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
         const aiFace& face = mesh.mFaces[f];
         if (face.mNumIndices < 3) {
-            ++left_out;
+            ++omitted;
             continue;
         }
         counts.push_back(int(face.mNumIndices));
         for (unsigned i = 0; i < face.mNumIndices; ++i) indices.push_back(int(face.mIndices[i]));
     }
-    if (left_out > 0)
+    if (omitted > 0)
         ctx.warn("import-points-lines",
                  fmt::format("{} points or lines of a mesh are skipped; only faces are imported",
-                             left_out),
+                             omitted),
                  prim.to_string());
     ctx.author.attribute(prim, "faceVertexCounts", "int[]", Value::array(std::move(counts)));
     ctx.author.attribute(prim, "faceVertexIndices", "int[]", Value::array(std::move(indices)));
@@ -55,7 +55,7 @@ void author_coordinates(Context& ctx, Path prim, const aiMesh& mesh) {
     }
 }
 
-/// Vertex colours; those that a material shows are multiplied by its constant colour here, since
+/// Vertex colors; those that a material shows are multiplied by its constant color here, since
 /// its shader takes them alone.
 void author_colors(Context& ctx, Path prim, const aiMesh& mesh) {
     if (!mesh.HasVertexColors(0)) return;

@@ -17,7 +17,7 @@ namespace {
 constexpr uint64_t trial_seed_salt = 0x626f756e63657374ull;
 
 constexpr uint64_t trial_samples = 8;
-constexpr int most_to_a_side = 64;  // pixels that are tried
+constexpr int max_to_a_side = 64;  // pixels that are tried
 
 /// The light of one path, bounce by bounce.
 class Deposits final : public PathObserver {
@@ -41,11 +41,11 @@ class Deposits final : public PathObserver {
 
 }  // namespace
 
-int BounceTrial::last_bounce(double share, int most) const {
+int BounceTrial::last_bounce(double share, int max) const {
     const double all = std::accumulate(shares.begin(), shares.end(), 0.0);
-    if (!(all > 0)) return most;
-    int last = std::min(1, most);
-    for (int bounce = last + 1; bounce <= most && size_t(bounce) + 1 < shares.size(); ++bounce)
+    if (!(all > 0)) return max;
+    int last = std::min(1, max);
+    for (int bounce = last + 1; bounce <= max && size_t(bounce) + 1 < shares.size(); ++bounce)
         if (shares[size_t(bounce)] >= share) last = bounce;
     return last;
 }
@@ -67,8 +67,8 @@ BounceTrial try_bounces(const World& world,
 
     // Every row sums its own pixels, so that the result does not depend on the threads
     const auto& settings = world.scene.settings;
-    const int columns = std::min(settings.width, most_to_a_side),
-              rows = std::min(settings.height, most_to_a_side);
+    const int columns = std::min(settings.width, max_to_a_side),
+              rows = std::min(settings.height, max_to_a_side);
     std::vector<std::vector<double>> light(size_t(rows), std::vector<double>(size_t(bounces) + 2));
     std::vector<RayCounts> counts{size_t(rows)};
     const auto is_stopped = [stop] { return stop && stop->load(std::memory_order_relaxed); };

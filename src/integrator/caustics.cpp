@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "integrator/caustics.h"
 
-#include "integrator/own_shadow.h"
+#include "integrator/custom_shadow.h"
 #include "integrator/shadow_segment.h"
 
 #include <algorithm>
@@ -37,7 +37,7 @@ constexpr float end_at_light = 0.5f;
 
 /// Share of seeds that reflect where both is possible, and that refract, at least: events that
 /// bring little must not take forever to find again.
-constexpr float least_event_share = 0.1f;
+constexpr float min_event_share = 0.1f;
 
 /// Seeds whose last direction is further off the light are not pursued: few would lead there, and
 /// near a solution there are always others.
@@ -125,7 +125,7 @@ CausticSampler::CausticSampler(const World& world, double largest_light)
 }
 
 void CausticSampler::add_lights(double largest_light) {
-    const Ball target = casters_.ball();
+    const BoundingSphere target = casters_.sphere();
     const Box3 bounds = world_.accelerator->bounds();
     const double scene_radius = 0.5 * (Vec3d(bounds.max) - Vec3d(bounds.min)).length();
     const lights::LightSet& lights = world_.lights;
@@ -140,11 +140,11 @@ void CausticSampler::add_lights(double largest_light) {
             half_angle =
                 lights.is_delta(i) ? 0.0 : 0.5 * double(lights.light(i).angle_deg) * (pi_d / 180.0);
         } else {
-            const Ball ball = ball_around(lights.bounds(i).box);
-            const Vec3d away = target.center - ball.center;
+            const BoundingSphere sphere = sphere_around(lights.bounds(i).box);
+            const Vec3d away = target.center - sphere.center;
             const double distance2 = away.dot(away);
             if (distance2 > target.radius2) facing = away / std::sqrt(distance2);
-            half_angle = casters_.half_angle_of(ball);
+            half_angle = casters_.half_angle_of(sphere);
         }
         if (!(half_angle <= largest_light)) continue;
         is_handled_[i] = 1;
@@ -244,9 +244,9 @@ bool CausticSampler::find_events(const Search& search,
                 : 0.0f;
         if (!(r + t > 0.0f)) break;
         const bool has_both = r > 0.0f && t > 0.0f;
-        const float share =
-            has_both ? std::clamp(r / (r + t), least_event_share, 1.0f - least_event_share)
-                     : float(r > 0.0f);
+        const float share = has_both
+                                ? std::clamp(r / (r + t), min_event_share, 1.0f - min_event_share)
+                                : float(r > 0.0f);
         const bool reflects = u.x < share;
         const shading::DeltaScattering& chosen = reflects ? *reflected : *transmitted;
         const SpecularEvent event = {reflects ? ScatterKind::Reflect : ScatterKind::Transmit,
@@ -352,15 +352,15 @@ Rgb CausticSampler::visibility(const Search& search,
                                                      : float(solution.distance);
     const scene::LightLinks* links = world_.lights.links(search.target.light);
     if (links) {
-        if (!world_.lights.shines_on(links,
-                                     scene::link_class(world_.scene, last.instance, last.shape)))
+        if (!world_.lights.illuminates(links,
+                                       scene::link_class(world_.scene, last.instance, last.shape)))
             return Rgb(0.0f);
-        if (links->has_own_shadows()) {
+        if (links->has_custom_shadows()) {
             lights::LightSample light;
             light.wi = wi;
             light.distance = distance;
-            return OwnShadow(world_, *links, interior, cone,
-                             search.volume_numbers(longest_specular_chain))
+            return CustomShadow(world_, *links, interior, cone,
+                                search.volume_numbers(longest_specular_chain))
                 .visibility(ShadowSegment(last, light), search.counts);
         }
     }
@@ -427,11 +427,12 @@ Rgb CausticSampler::contribution(const Search& search, Solution& solution) const
     return L * float(scale);
 }
 
-std::optional<CausticSampler::Found> CausticSampler::sample(const Receiver& receiver,
-                                                            const sampling::PixelSampler& sampler,
-                                                            int bounce,
-                                                            uint32_t repeat,
-                                                            RayCounts& counts) const {
+std::optional<CausticSampler::Estimate> CausticSampler::sample(
+    const Receiver& receiver,
+    const sampling::PixelSampler& sampler,
+    int bounce,
+    uint32_t repeat,
+    RayCounts& counts) const {
     if (is_empty() || !receiver.bsdf.has_non_delta()) return std::nullopt;
     Search search{receiver, sampler, bounce, repeat, counts};
     search.target = choose_target(search);
@@ -450,8 +451,8 @@ std::optional<CausticSampler::Found> CausticSampler::sample(const Receiver& rece
             break;
     }
     if (trial == trial_cap) ++counts.caustics_capped;
-    return Found{L * float(trial), to_float(first.d), first.events, first.coats,
-                 search.target.light};
+    return Estimate{L * float(trial), to_float(first.d), first.events, first.coats,
+                    search.target.light};
 }
 
 std::unique_ptr<const CausticSampler> make_caustic_sampler(Caustics mode, const World& world) {

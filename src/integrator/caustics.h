@@ -92,7 +92,7 @@ class CausticSampler {
         const Interior& interior;  ///< on the side of wo
     };
 
-    struct Found {
+    struct Estimate {
         Rgb radiance;           ///< estimate of what leaves the vertex towards wo
         Vec3 wi;                ///< from where it arrives at the vertex
         SpecularEvents events;  ///< delta scatterings between vertex and light
@@ -102,11 +102,11 @@ class CausticSampler {
     };
 
     /// One estimate of all the light that arrives by such chains. bounce, repeat: see PixelSampler.
-    std::optional<Found> sample(const Receiver& receiver,
-                                const sampling::PixelSampler& sampler,
-                                int bounce,
-                                uint32_t repeat,
-                                RayCounts& counts) const;
+    std::optional<Estimate> sample(const Receiver& receiver,
+                                   const sampling::PixelSampler& sampler,
+                                   int bounce,
+                                   uint32_t repeat,
+                                   RayCounts& counts) const;
 
   private:
     /// What the chain must end at.

@@ -21,7 +21,7 @@ inline void deposit(const Path& path,
 
 /// The last scattering's parts count by the multipliers, each kind by its own.
 template <class Give>
-void give_met(film::PathLabels* labels,
+void give_hit(film::PathLabels* labels,
               bool is_weighed,
               const lights::LobeMultipliers& multipliers,
               const Give& give) {
@@ -31,25 +31,25 @@ void give_met(film::PathLabels* labels,
 }
 
 /// Deposits light that the path met and that counts by multipliers.
-inline void deposit_met(const World& world,
+inline void deposit_hit(const World& world,
                         const Path& path,
                         scene::GroupId group,
                         const Rgb& radiance,
                         const lights::LobeMultipliers& multipliers,
                         const char* what,
                         film::SampleRadiance& out) {
-    give_met(out.labels(), world.has_lobe_multipliers && path.bounce > 0, multipliers,
+    give_hit(out.labels(), world.has_lobe_multipliers && path.bounce > 0, multipliers,
              [&] { deposit(path, path.bounce, group, radiance, what, out); });
 }
 
 /// The same of the unoccluded layers.
-inline void add_unoccluded_met(const World& world,
+inline void add_unoccluded_hit(const World& world,
                                scene::GroupId group,
                                const Rgb& radiance,
                                const lights::LobeMultipliers& multipliers,
                                film::SampleRadiance& out) {
     if (is_black(radiance)) return;
-    give_met(out.labels(), world.has_lobe_multipliers, multipliers,
+    give_hit(out.labels(), world.has_lobe_multipliers, multipliers,
              [&] { out.add_unoccluded(int(group), radiance); });
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "integrator/direct_light.h"
 
+#include "integrator/custom_shadow.h"
 #include "integrator/light_hits.h"
-#include "integrator/own_shadow.h"
 
 namespace velatura::integrator {
 
@@ -14,12 +14,12 @@ Rgb DirectLight::visibility(const Path& path,
     ++path.counts->shadow;
     const shading::MaterialEvaluator& materials = world_.materials;
     ShadowSegment segment(from, light);
-    const bool may_pass = materials.has_presence() || materials.is_see_through();
-    if (!may_pass && !keeps_interior(world_) && !shares)
+    const bool can_pass = materials.has_presence() || materials.is_see_through();
+    if (!can_pass && !keeps_interior(world_) && !shares)
         return Rgb(world_.accelerator->is_occluded(segment.ray) ? 0.0f : 1.0f);
 
     Interior interior = inside;
-    if (!may_pass && !shares) {
+    if (!can_pass && !shares) {
         if (world_.accelerator->is_occluded(segment.ray)) return Rgb(0.0f);
         return interior.transmittance(materials, segment.length(segment.ray.t_max));
     }
@@ -42,11 +42,11 @@ Rgb DirectLight::visibility(const Path& path,
             shares ? world_.scene.casters.of(point.instance, point.shape) : scene::none;
         const Rgb passed =
             Rgb(1.0f - presence) +
-            pass_bodies(world_, light.wi, cone_width, point, interior, path.counts) * presence;
+            pass_dielectrics(world_, light.wi, cone_width, point, interior, path.counts) * presence;
         if (shares) shares->add(caster, visible * (Rgb(1.0f) - passed));
         visible *= passed;
         if (is_black(visible)) return visible;
-        if (!segment.go_on_from(point)) return visible;
+        if (!segment.continue_from(point)) return visible;
     }
     return Rgb(0.0f);
 }
@@ -57,8 +57,8 @@ Rgb DirectLight::own_visibility(const Path& path,
                                 const lights::LightSample& light,
                                 const scene::LightLinks& links,
                                 ShadowShares* shares) const {
-    return OwnShadow(world_, links, inside, {path.cone_width, path.cone_spread},
-                     own_shadow_numbers(path), shares)
+    return CustomShadow(world_, links, inside, {path.cone_width, path.cone_spread},
+                        custom_shadow_numbers(path), shares)
         .visibility(ShadowSegment(from, light), *path.counts);
 }
 

@@ -48,7 +48,7 @@ class DirectLight {
                          const ChosenLight& chosen,
                          const Rgb& Ld,
                          film::SampleRadiance& out,
-                         const NestedBodies::Crossing* crossing = nullptr) const;
+                         const NestedDielectrics::Crossing* crossing = nullptr) const;
 
   private:
     /// Chooses a light and a direction towards it; false when none arrives there.
@@ -101,7 +101,7 @@ inline bool DirectLight::choose(const Path& path,
     if (!choice) return false;
     chosen.choice = *choice;
     chosen.links = world_.has_links() ? world_.lights.links(choice->light) : nullptr;
-    if (!world_.lights.shines_on(chosen.links, receiver.link)) return false;
+    if (!world_.lights.illuminates(chosen.links, receiver.link)) return false;
     const Vec2 u =
         path.sampler.get_2d(path.bounce, sampling::Purpose::LightSurface, path.pass_count);
     const std::optional<lights::LightSample> light =
@@ -117,7 +117,7 @@ inline void DirectLight::deposit_visible(Path& path,
                                          const ChosenLight& chosen,
                                          const Rgb& Ld,
                                          film::SampleRadiance& out,
-                                         const NestedBodies::Crossing* crossing) const {
+                                         const NestedDielectrics::Crossing* crossing) const {
     // Deposit it where it is seen, and in the unoccluded layer in any case
     const auto& [choice, light, links] = chosen;
     const scene::GroupId group = world_.lights.group(choice.light);
@@ -132,19 +132,19 @@ inline void DirectLight::deposit_visible(Path& path,
     ShadowShares* shares = nullptr;
     if (context_.credits_casters(path.bounce + 1)) {
         scene::count_call(scene::Effect::CasterLayers);
-        thread_local ShadowShares room;
-        room.clear();
-        shares = &room;
+        thread_local ShadowShares scratch;
+        scratch.clear();
+        shares = &scratch;
     }
-    const bool has_own_shadows = links && links->has_own_shadows();
-    Rgb visible = has_own_shadows ? own_visibility(path, from, interior, light, *links, shares)
-                                  : visibility(path, from, interior, light, shares);
-    if (world_.volumes && !has_own_shadows && !is_black(visible)) {
+    const bool has_custom_shadows = links && links->has_custom_shadows();
+    Rgb visible = has_custom_shadows ? own_visibility(path, from, interior, light, *links, shares)
+                                     : visibility(path, from, interior, light, shares);
+    if (world_.volumes && !has_custom_shadows && !is_black(visible)) {
         const Rgb passed = volume_transmittance(path, from.p, light);
         if (shares) shares->add(world_.scene.casters.volumes, visible * (Rgb(1.0f) - passed));
         visible *= passed;
     }
-    if (shares) deposit_taken(*shares, group, Ld, out);
+    if (shares) deposit_occluded(*shares, group, Ld, out);
     deposit(path, path.bounce + 1, group, Ld * visible, "light sampled", out);
 }
 
@@ -193,7 +193,7 @@ void DirectLight::for_each_light_along(const Path& path,
     const auto offer = [&](lights::LightId id) {
         chosen.choice = {id, 1.0f};
         chosen.links = world_.has_links() ? world_.lights.links(id) : nullptr;
-        if (world_.lights.shines_on(chosen.links, receiver.link) && !is_black(chosen.light.Le))
+        if (world_.lights.illuminates(chosen.links, receiver.link) && !is_black(chosen.light.Le))
             give(chosen);
     };
     geometry::Ray ray = geometry::spawn_ray(from, along.wi);
@@ -206,7 +206,7 @@ void DirectLight::for_each_light_along(const Path& path,
     if (!context_.has_emission) return;
 
     // Surfaces that emit, as far as somebody might see them
-    const bool sees_all = context_.has_unoccluded || world_.has_own_shadows || world_.nested;
+    const bool sees_all = context_.has_unoccluded || world_.has_custom_shadows || world_.nested;
     chosen.light.is_surface = true;
     chosen.light.distance = 0;
     for (uint32_t i = 0; i < pass_through_limit; ++i) {
@@ -218,14 +218,14 @@ void DirectLight::for_each_light_along(const Path& path,
         chosen.light.distance += hit.t;
         ray = geometry::spawn_ray(point, along.wi);
         const std::optional<lights::LightId> id =
-            world_.lights.may_emit(point) ? world_.lights.find_surface(point) : std::nullopt;
+            world_.lights.can_emit(point) ? world_.lights.find_surface(point) : std::nullopt;
         if (id) {
             const float footprint = path.cone_width + path.cone_spread * chosen.light.distance;
-            chosen.light.Le =
-                world_.lights
-                    .surface_radiance(point, -along.wi, footprint, lights::Onlooker::Scattering)
-                    .Le *
-                world_.materials.presence(point, footprint);
+            chosen.light.Le = world_.lights
+                                  .surface_radiance(point, -along.wi, footprint,
+                                                    lights::EmissionReceiver::Scattering)
+                                  .Le *
+                              world_.materials.presence(point, footprint);
             // As of emissive triangles that are sampled: beside the surface, seen from where the
             // vertex is
             for (int c = 0; c < 3; ++c)
@@ -233,9 +233,9 @@ void DirectLight::for_each_light_along(const Path& path,
             chosen.light.target = geometry::offset_ray_origin(point, from.p - point.p);
             offer(*id);
         }
-        const bool may_pass = world_.materials.material_has_presence(point.material) ||
+        const bool can_pass = world_.materials.material_has_presence(point.material) ||
                               world_.materials.material_is_see_through(point.material);
-        if (!may_pass && !sees_all) return;
+        if (!can_pass && !sees_all) return;
     }
 }
 
@@ -255,7 +255,7 @@ void DirectLight::for_each_sample(const Path& path,
     }
     ChosenLight chosen;
     if (!choose(path, receiver, chosen)) return;
-    if (is_left_to_directions(strategy) && !chosen.light.is_delta) return;
+    if (is_left_to_bsdf_sampling(strategy) && !chosen.light.is_delta) return;
     give(chosen);
 }
 

@@ -15,13 +15,13 @@ namespace {
 constexpr float guide_share_of_broad = 0.5f;
 
 /// With less than this share of broad lobes, learned directions are not worth looking up.
-constexpr float least_broad_share = 0.1f;
+constexpr float min_broad_share = 0.1f;
 
 }  // namespace
 
 void DirectionMixture::set_guide(const Vec3& p, const guiding::GuidingField& guide) {
     const float broad = bsdf_.broad_share();
-    if (broad < least_broad_share) return;
+    if (broad < min_broad_share) return;
     scene::count_call(Effect::Guiding);
     guide_ = guide.at({p, bsdf_.ns()});
     guide_share_ = guide_share_of_broad * broad;

@@ -85,7 +85,7 @@ const char* name_of(EffectState state) {
             return "not simulated";
         case EffectState::On:
             return "on";
-        case EffectState::LeftOut:
+        case EffectState::Omitted:
             return "left out";
     }
     return "";
@@ -108,12 +108,12 @@ EffectPlan make_plan(const scene::Scene& scene, const PlanOptions& options) {
     for_each_rule([&](const EffectRule& rule) {
         EffectEntry& entry = plan.entries[size_t(rule.effect)];
         entry = find(scene, rule);
-        if (options.left_out.has(rule.effect) && entry.state == EffectState::On)
-            entry.state = EffectState::LeftOut;
+        if (options.omitted.has(rule.effect) && entry.state == EffectState::On)
+            entry.state = EffectState::Omitted;
         entry.is_forced = options.force_all && rule.is_forceable && entry.state < EffectState::On;
     });
     add_options(options, plan);
-    if (plan.of(Effect::NestedBodies).state == EffectState::On &&
+    if (plan.of(Effect::NestedDielectrics).state == EffectState::On &&
         plan.of(Effect::CausticSearch).state == EffectState::On)
         plan.entries[size_t(Effect::CausticSearch)].why +=
             "; not by solids, some of which have dielectric priorities";
@@ -125,19 +125,19 @@ bool is_forceable(Effect effect) {
     return rule && rule->is_forceable;
 }
 
-bool can_leave_out(Effect effect) {
+bool can_omit(Effect effect) {
     const EffectRule* rule = rule_of(effect);
-    return rule && rule->leave_out;
+    return rule && rule->omit;
 }
 
-void leave_out(scene::Scene& scene, Effect effect) {
-    rule_of(effect)->leave_out(scene);
+void omit(scene::Scene& scene, Effect effect) {
+    rule_of(effect)->omit(scene);
 }
 
 std::vector<Effect> broken_promises(const EffectPlan& plan, const scene::EffectCalls& calls) {
     std::vector<Effect> broken;
     for (size_t i = 0; i < plan.entries.size(); ++i)
-        if (calls.count[i] > 0 && !plan.entries[i].may_run()) broken.push_back(Effect(i));
+        if (calls.count[i] > 0 && !plan.entries[i].can_run()) broken.push_back(Effect(i));
     return broken;
 }
 

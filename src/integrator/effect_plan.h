@@ -22,7 +22,7 @@ enum class EffectState : uint8_t {
                  ///< times
     NotSimulated,  ///< something calls for it, and Velatura does without; a warning said so
     On,
-    LeftOut,  ///< it would be on, and the command line took it away
+    Omitted,  ///< it would be on, and the command line took it away
 };
 
 const char* name_of(EffectState state);
@@ -37,7 +37,7 @@ struct EffectEntry {
         0;                   ///< of a state above NotSimulated: those that are left as they are
     bool is_forced = false;  ///< runs though it is off, for a proof that it could be left out
 
-    bool may_run() const { return state == EffectState::On || is_forced; }
+    bool can_run() const { return state == EffectState::On || is_forced; }
 };
 
 /// What beside the scene decides.
@@ -49,7 +49,7 @@ struct PlanOptions {
     bool splits = true;
     bool is_adaptive = true;
     bool is_deep = false;
-    scene::EffectSet left_out = {};  ///< that leave_out() will take out of the scene
+    scene::EffectSet omitted = {};  ///< that omit() will take out of the scene
     bool force_all = false;
 };
 
@@ -69,14 +69,14 @@ struct EffectPlan {
 EffectPlan make_plan(const scene::Scene& scene, const PlanOptions& options);
 
 /// Whether the effect can run in a scene that does not call for it, at a cost in time and with the
-/// same picture.
+/// same image.
 bool is_forceable(scene::Effect effect);
 
-/// Whether leave_out() knows the effect.
-bool can_leave_out(scene::Effect effect);
+/// Whether omit() knows the effect.
+bool can_omit(scene::Effect effect);
 
 /// Takes the effect out of the scene, as if no prim called for it.
-void leave_out(scene::Scene& scene, scene::Effect effect);
+void omit(scene::Scene& scene, scene::Effect effect);
 
 /// Effects that ran though the plan has them off.
 std::vector<scene::Effect> broken_promises(const EffectPlan& plan, const scene::EffectCalls& calls);

@@ -35,8 +35,8 @@ class EffectFindings {
 /// nothing costs time only.
 struct EffectRule {
     scene::Effect effect;
-    void (*find)(EffectFindings& found);     ///< null: only EffectNotes tell
-    void (*leave_out)(scene::Scene& scene);  ///< null: the scene is built of it
+    void (*find)(EffectFindings& found);  ///< null: only EffectNotes tell
+    void (*omit)(scene::Scene& scene);    ///< null: the scene is built of it
     bool is_forceable = false;
 };
 

@@ -145,7 +145,7 @@ void find_choices(EffectFindings& found) {
         found.on("", has_surfaces ? fmt::format("{} lights and emissive surfaces", lights)
                                   : fmt::format("{} lights", lights));
     else if (s.lights.size() > 1)
-        found.zero("", "only one of the lights shines");
+        found.zero("", "only one of the lights is on");
 }
 
 bool is_linked(const scene::Scene& scene, const scene::LightLinks& links) {

@@ -21,7 +21,7 @@ bool is_positive(const Input& input) {
 }
 
 /// "opacity 0.4", "opacity of a texture".
-std::string told(std::string_view name, const Input& input) {
+std::string named_value(std::string_view name, const Input& input) {
     switch (input.source) {
         case Input::Source::Constant:
             return fmt::format("{} {:g}", name, input.value.x);
@@ -137,27 +137,27 @@ bool turns_normals(const Material& m) {
 void find_normal_maps(EffectFindings& found) {
     find_materials(found, turns_normals, [](const Material& m) {
         return is_constant(m.normal) ? std::string("normal that is not (0, 0, 1)")
-                                     : told("normal", m.normal);
+                                     : named_value("normal", m.normal);
     });
 }
 
 void find_cutouts(EffectFindings& found) {
     const auto is_whole = [](const Material& m) {
-        return (m.presence || m.opacity_threshold > 0.0f) && !scene::may_cut(m);
+        return (m.presence || m.opacity_threshold > 0.0f) && !scene::can_cut(m);
     };
-    find_materials(found, scene::may_cut, [](const Material& m) {
-        return told("opacity", m.opacity) +
+    find_materials(found, scene::can_cut, [](const Material& m) {
+        return named_value("opacity", m.opacity) +
                (m.presence ? ", opacityMode presence"
                            : fmt::format(", opacityThreshold {:g}", m.opacity_threshold));
     });
     for (const Material& m : found.scene.materials)
-        if (is_whole(m)) found.zero(m.name, told("opacity", m.opacity) + " everywhere");
-    if (scene::may_cut_display(found.scene)) found.on("", "displayOpacity below 1");
+        if (is_whole(m)) found.zero(m.name, named_value("opacity", m.opacity) + " everywhere");
+    if (scene::can_cut_display(found.scene)) found.on("", "displayOpacity below 1");
 }
 
 void fill_cutouts(scene::Scene& scene) {
     change_materials(scene, [](Material& m) {
-        if (!scene::may_cut(m)) return;
+        if (!scene::can_cut(m)) return;
         m.presence = false;
         m.opacity_threshold = 0;
         m.opacity = Input(1.0f);
@@ -179,23 +179,23 @@ void fill_cutouts(scene::Scene& scene) {
 
 void find_transmission(EffectFindings& found) {
     find_materials(
-        found, [](const Material& m) { return scene::may_transmit(m) && !m.is_bare; },
-        [](const Material& m) { return told("opacity", m.opacity); });
+        found, [](const Material& m) { return scene::can_transmit(m) && !m.is_bare; },
+        [](const Material& m) { return named_value("opacity", m.opacity); });
 }
 
 void make_opaque(scene::Scene& scene) {
     change_materials(scene, [](Material& m) {
-        if (scene::may_transmit(m) && !m.is_bare) m.opacity = Input(1.0f);
+        if (scene::can_transmit(m) && !m.is_bare) m.opacity = Input(1.0f);
     });
 }
 
 void find_rough_transmission(EffectFindings& found) {
     for (const Material& m : found.scene.materials) {
         if (!m.rough_transmission) continue;
-        if (scene::may_transmit(m) && is_positive(m.roughness))
-            found.on(m.name, told("roughness", m.roughness));
+        if (scene::can_transmit(m) && is_positive(m.roughness))
+            found.on(m.name, named_value("roughness", m.roughness));
         else
-            found.zero(m.name, scene::may_transmit(m) ? "roughness 0" : "lets no light through");
+            found.zero(m.name, scene::can_transmit(m) ? "roughness 0" : "transmits no light");
     }
 }
 
@@ -209,15 +209,15 @@ void find_thin_walls(EffectFindings& found) {
 
 void thicken_walls(scene::Scene& scene) {
     change_materials(scene, [](Material& m) {
-        // A wall has no depth: as a body it does not begin to have one
+        // A wall has no depth: as a solid it does not begin to have one
         if (m.thin_walled) m.transmission_depth = 0;
         m.thin_walled = m.is_open_sheet = false;
     });
 }
 
 void find_diffuse_transmission(EffectFindings& found) {
-    find_materials(found, scene::may_transmit_diffusely, [](const Material& m) {
-        return told("diffuseTransmission", m.diffuse_transmission);
+    find_materials(found, scene::can_transmit_diffusely, [](const Material& m) {
+        return named_value("diffuseTransmission", m.diffuse_transmission);
     });
     for (const Material& m : found.scene.materials)
         if (!m.thin_walled && is_positive(m.diffuse_transmission))
@@ -226,46 +226,46 @@ void find_diffuse_transmission(EffectFindings& found) {
 
 void find_absorption(EffectFindings& found) {
     for (const Material& m : found.scene.materials) {
-        if (scene::may_absorb(m))
-            found.on(m.name, m.matter
+        if (scene::can_absorb(m))
+            found.on(m.name, m.interior
                                  ? "volume shader that absorbs"
                                  : fmt::format("transmissionDepth {:g}", m.transmission_depth));
         else if (m.transmission_depth > 0.0f)
-            found.zero(m.name, scene::may_transmit(m) ? "transmissionColor white or a thin wall"
-                                                      : "lets no light through");
+            found.zero(m.name, scene::can_transmit(m) ? "transmissionColor white or a thin wall"
+                                                      : "transmits no light");
     }
 }
 
 void forget_absorption(scene::Scene& scene) {
     change_materials(scene, [](Material& m) {
-        if (!m.matter && !scene::scatters_inside(m)) {
+        if (!m.interior && !scene::scatters_inside(m)) {
             m.transmission_depth = 0;
             return;
         }
-        m.matter = scene::matter_inside(m);
-        m.matter->absorption = Rgb(0.0f);
+        m.interior = scene::medium_properties_inside(m);
+        m.interior->absorption = Rgb(0.0f);
     });
 }
 
 void find_interior_media(EffectFindings& found) {
     for (const Material& m : found.scene.materials) {
         const bool is_asked =
-            m.matter ? !is_black(m.matter->scattering) : !is_black(m.transmission_scatter);
+            m.interior ? !is_black(m.interior->scattering) : !is_black(m.transmission_scatter);
         if (scene::scatters_inside(m))
-            found.on(m.name, m.matter ? "volume shader that scatters"
-                                      : fmt::format("transmissionScatter within {:g}",
-                                                    m.transmission_depth));
+            found.on(m.name, m.interior ? "volume shader that scatters"
+                                        : fmt::format("transmissionScatter within {:g}",
+                                                      m.transmission_depth));
         else if (is_asked)
             found.zero(m.name, m.thin_walled            ? "is a thin wall"
-                               : scene::may_transmit(m) ? "transmissionDepth 0"
-                                                        : "lets no light through");
+                               : scene::can_transmit(m) ? "transmissionDepth 0"
+                                                        : "transmits no light");
     }
 }
 
 void clear_interiors(scene::Scene& scene) {
     change_materials(scene, [](Material& m) {
         m.transmission_scatter = Rgb(0.0f);
-        if (m.matter) m.matter->scattering = Rgb(0.0f);
+        if (m.interior) m.interior->scattering = Rgb(0.0f);
     });
 }
 
@@ -275,36 +275,36 @@ void find_nested_bodies(EffectFindings& found) {
         if (scene::has_priority(m))
             found.on(m.name, fmt::format("dielectricPriority {}", m.dielectric_priority));
         else
-            found.zero(m.name, m.thin_walled ? "is a thin wall" : "lets no light through");
+            found.zero(m.name, m.thin_walled ? "is a thin wall" : "transmits no light");
     }
 }
 
 void find_clearcoat(EffectFindings& found) {
     find_materials(
         found, [](const Material& m) { return is_positive(m.clearcoat); },
-        [](const Material& m) { return told("clearcoat", m.clearcoat); });
+        [](const Material& m) { return named_value("clearcoat", m.clearcoat); });
 }
 
 void find_anisotropy(EffectFindings& found) {
     find_materials(
         found, [](const Material& m) { return is_positive(m.anisotropy); },
-        [](const Material& m) { return told("anisotropy", m.anisotropy); });
+        [](const Material& m) { return named_value("anisotropy", m.anisotropy); });
 }
 
 void find_rough_diffuse(EffectFindings& found) {
-    find_materials(found, scene::may_have_rough_base, [](const Material& m) {
-        return told("diffuse roughness", m.extras->diffuse_roughness);
+    find_materials(found, scene::can_have_rough_base, [](const Material& m) {
+        return named_value("diffuse roughness", m.extras->diffuse_roughness);
     });
 }
 
 void find_sheen(EffectFindings& found) {
-    find_materials(found, scene::may_have_sheen,
-                   [](const Material& m) { return told("sheen", m.extras->sheen); });
+    find_materials(found, scene::can_have_sheen,
+                   [](const Material& m) { return named_value("sheen", m.extras->sheen); });
 }
 
 void find_subsurface(EffectFindings& found) {
-    find_materials(found, scene::may_scatter_below,
-                   [](const Material& m) { return told("subsurface", m.subsurface); });
+    find_materials(found, scene::can_scatter_below,
+                   [](const Material& m) { return named_value("subsurface", m.subsurface); });
     for (const Material& m : found.scene.materials)
         if (m.thin_walled && is_positive(m.subsurface)) found.zero(m.name, "is a thin wall");
 }
@@ -354,7 +354,7 @@ constexpr std::array rules = {
                }},
     EffectRule{Effect::Absorption, find_absorption, forget_absorption, true},
     EffectRule{Effect::InteriorMedia, find_interior_media, clear_interiors, true},
-    EffectRule{Effect::NestedBodies, find_nested_bodies,
+    EffectRule{Effect::NestedDielectrics, find_nested_bodies,
                [](scene::Scene& s) {
                    change_materials(s, [](Material& m) { m.dielectric_priority = 0; });
                }},

@@ -23,7 +23,7 @@ constexpr bool looks_around(LightSampling sampling) {
 }
 
 /// Sampled lights that a direction can meet do not count.
-constexpr bool is_left_to_directions(LightSampling sampling) {
+constexpr bool is_left_to_bsdf_sampling(LightSampling sampling) {
     return sampling == LightSampling::Bsdf || looks_around(sampling);
 }
 
@@ -53,7 +53,7 @@ struct EstimatorOptions {
         3;  ///< scatterings before roulette begins: short paths carry most of the light
     float cutoff = 0.01f;  ///< of Roulette::Cutoff, which has no such start
     /// Whitted 1980: only chains of perfect mirrors and refractions are followed; all else ends
-    /// with its direct light. A picture of its own: indirect light by diffuse and rough surfaces is
+    /// with its direct light. An image of its own: indirect light by diffuse and rough surfaces is
     /// missing.
     bool specular_chains_only = false;
 };

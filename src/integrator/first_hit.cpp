@@ -39,16 +39,16 @@ void record_first_hit(const TracerContext& context,
 }
 
 void record_first_collision(const TracerContext& context,
-                            const Scatterer& matter,
+                            const Scatterer& scatterer,
                             const Vec3& p,
                             film::SampleRadiance& out) {
     out.has_hit = true;
     out.alpha = 1.0f;
-    out.albedo = matter.albedo;
+    out.albedo = scatterer.albedo;
     const Vec3d world = Vec3d(p) + context.world.scene.camera.world_position;
     out.P = to_float(world);
     out.Z = context.world.camera.depth(p);
-    out.prim_id = matter.provenance;
+    out.prim_id = scatterer.provenance;
     if (context.options.deep) {
         scene::count_call(scene::Effect::DeepSamples);
         out.cover(film::SampleRadiance::DepthKind::Volume, out.Z);

@@ -15,7 +15,7 @@ void record_first_hit(const TracerContext& context,
                       film::SampleRadiance& out);
 
 void record_first_collision(const TracerContext& context,
-                            const Scatterer& matter,
+                            const Scatterer& scatterer,
                             const Vec3& p,
                             film::SampleRadiance& out);
 

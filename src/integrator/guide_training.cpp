@@ -19,7 +19,7 @@ namespace {
 constexpr uint64_t training_seed_salt = 0x67756964696e6721ull;
 
 constexpr size_t pixels_per_path = 4;  // in the first round
-constexpr size_t least_paths = size_t(1) << 12, most_paths = size_t(1) << 16;
+constexpr size_t min_paths = size_t(1) << 12, max_paths = size_t(1) << 16;
 constexpr int rounds = 3;
 constexpr size_t paths_per_chunk = 256;
 /// Vertices of a path that are recorded; what arrives at later ones still counts for these.
@@ -27,13 +27,13 @@ constexpr size_t recorded_vertices = 16;
 
 /// Below this relative variance of a camera sample, 64 samples leave an error under 18 %, and
 /// guiding could at best halve it at more than the usual cost.
-constexpr double least_trial_variance = 2.0;
+constexpr double min_trial_variance = 2.0;
 /// Time of a guided ray over that of an unguided one: looking up and sampling what was learned.
 constexpr double guided_ray_cost = 1.5;
 /// Where guiding is no gain, 10 of 16 or more come by chance in less than a quarter of all cases,
 /// and then little is lost.
-constexpr int least_wins = 10;
-/// Side of the blocks of the picture that share a mean, pixels.
+constexpr int min_wins = 10;
+/// Side of the blocks of the image that share a mean, pixels.
 constexpr uint32_t block_size = 16;
 
 /// What one path of a round came to.
@@ -45,7 +45,7 @@ struct Trial {
 };
 
 struct Round {
-    std::vector<guiding::Record> records;
+    std::vector<guiding::TrainingSample> records;
     std::vector<Trial> trials;  // [path]
     RayCounts rays;
 
@@ -79,7 +79,7 @@ class PathRecorder : public PathObserver {
         }
     }
 
-    void on_vertex(const guiding::Place& at, const Rgb& beta) override {
+    void on_vertex(const guiding::GuidingPoint& at, const Rgb& beta) override {
         is_recorded_ = vertices_.size() < recorded_vertices;
         if (is_recorded_)
             vertices_.push_back({{at, Vec3(0.0f), 0.0f}, 1.0f / luminance(beta), false});
@@ -99,7 +99,7 @@ class PathRecorder : public PathObserver {
 
   private:
     struct Vertex {
-        guiding::Record record;
+        guiding::TrainingSample record;
         float inverse_beta = 0;     ///< 1 / luminance
         bool is_scattered = false;  ///< else absorbed, or scattered by a delta lobe: nothing
                                     ///< arrived the learned way
@@ -127,12 +127,12 @@ class Trainer {
 
     void run(Guiding guiding, GuideTraining& out) {
         const size_t count =
-            std::clamp(size_t(width_) * height_ / pixels_per_path, least_paths, most_paths);
+            std::clamp(size_t(width_) * height_ / pixels_per_path, min_paths, max_paths);
         Round all = trace(0, count, nullptr);
         const std::vector<Trial> unguided = all.trials;
         out.rays = all.rays;
         out.trial_variance = mean_variance(unguided);
-        if (guiding == Guiding::Auto && !(out.trial_variance >= least_trial_variance)) return;
+        if (guiding == Guiding::Auto && !(out.trial_variance >= min_trial_variance)) return;
 
         std::vector<Trial> guided;  // of the last round
         size_t first = count;
@@ -148,7 +148,7 @@ class Trainer {
         if (is_stopped()) return;
         out.field = guiding::GuidingField(all.records);
         out.wins = count_wins(unguided, guided);
-        out.is_used = !out.field.is_empty() && (guiding == Guiding::On || out.wins >= least_wins);
+        out.is_used = !out.field.is_empty() && (guiding == Guiding::On || out.wins >= min_wins);
     }
 
   private:
@@ -156,7 +156,7 @@ class Trainer {
 
     bool is_stopped() const { return stop_ && stop_->load(std::memory_order_relaxed); }
 
-    /// Paths first … first + count, spread evenly over the picture. Their order does not depend on
+    /// Paths first … first + count, spread evenly over the image. Their order does not depend on
     /// the threads.
     Round trace(size_t first, size_t count, const guiding::GuidingField* field) const {
         PathTracerOptions options = options_;
@@ -169,7 +169,7 @@ class Trainer {
             PathRecorder recorder(chunks[c]);
             const size_t end = std::min(count, (c + 1) * paths_per_chunk);
             for (size_t i = c * paths_per_chunk; i < end; ++i) {
-                // The Sobol' sequence covers the picture evenly after any number of paths
+                // The Sobol' sequence covers the image evenly after any number of paths
                 const uint32_t index = uint32_t(first + i);
                 const uint32_t x =
                     uint32_t((uint64_t(sampling::reverse_bits(index)) * width_) >> 32);
@@ -230,7 +230,7 @@ class Trainer {
     }
 
     /// Variance times rays, both summed by group: proportional to 1 / efficiency. A group is a run
-    /// of paths, which covers the whole picture. As many guided paths as unguided ones, for the
+    /// of paths, which covers the whole image. As many guided paths as unguided ones, for the
     /// variance of few paths is mostly seen too small.
     int count_wins(const std::vector<Trial>& unguided, const std::vector<Trial>& guided) const {
         std::vector<Trial> both = unguided;

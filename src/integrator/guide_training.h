@@ -20,12 +20,12 @@ enum class Guiding : uint8_t {
 /// "off", "auto", "on".
 std::optional<Guiding> guiding_mode(std::string_view name);
 
-/// What a training came to. Everything but `seconds` is a function of scene, picture size and
+/// What a training came to. Everything but `seconds` is a function of scene, image size and
 /// tracer options alone.
 struct GuideTraining {
     guiding::GuidingField field;
     bool is_used = false;  ///< whether to render with the field
-    /// Of one camera sample, unguided: variance of its indirect light over the squared picture
+    /// Of one camera sample, unguided: variance of its indirect light over the squared image
     /// (relMSE, docs/engineering/numerics.md).
     double trial_variance = 0;
     int wins = 0;  ///< groups of trial paths, of `group_count`, in which guided paths were the more
@@ -38,9 +38,9 @@ struct GuideTraining {
 
 /// Learns where light comes from, by paths of its own before the render: three rounds of 1, 2 and 4
 /// times a path per four pixels (at least 4096 and at most 65536 paths the first time) over the
-/// whole picture, whatever part of it will be rendered with how many samples. The last round's
+/// whole image, whatever part of it will be rendered with how many samples. The last round's
 /// field is frozen: the render's random numbers never meet those of the training, so that guided
-/// pictures are unbiased, and they are one picture however it is made.
+/// images are unbiased, and they are one image however it is made.
 ///
 /// Auto stops after the first, unguided round where indirect light makes little noise, and
 /// otherwise keeps the field only when guided paths were the more efficient ones in most groups of

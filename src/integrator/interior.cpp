@@ -12,7 +12,7 @@ void Interior::cross(const shading::MaterialEvaluator& materials,
                      const geometry::SurfacePoint& point,
                      const Vec3& wo,
                      const Vec3& wi) {
-    if (!materials.bounds_body(point.material)) return;
+    if (!materials.bounds_solid(point.material)) return;
     const bool from_outside = point.ng.dot(wo) > 0.0f, to_outside = point.ng.dot(wi) > 0.0f;
     if (from_outside == to_outside) return;
     if (from_outside) {
@@ -26,16 +26,16 @@ bool Interior::enter(const shading::MaterialEvaluator& materials, scene::Materia
     if (count_ == deepest) return false;
     int place = count_++;
     const int priority = materials.priority(material);
-    for (; place > 0 && materials.priority(bodies_[size_t(place - 1)]) > priority; --place)
-        bodies_[size_t(place)] = bodies_[size_t(place - 1)];
-    bodies_[size_t(place)] = material;
+    for (; place > 0 && materials.priority(solids_[size_t(place - 1)]) > priority; --place)
+        solids_[size_t(place)] = solids_[size_t(place - 1)];
+    solids_[size_t(place)] = material;
     return true;
 }
 
 bool Interior::leave(scene::MaterialId material) {
     for (int i = count_ - 1; i >= 0; --i) {
-        if (bodies_[size_t(i)] != material) continue;
-        std::copy(bodies_.begin() + i + 1, bodies_.begin() + count_, bodies_.begin() + i);
+        if (solids_[size_t(i)] != material) continue;
+        std::copy(solids_.begin() + i + 1, solids_.begin() + count_, solids_.begin() + i);
         --count_;
         return true;
     }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "integrator/light_hits.h"
 
+#include "integrator/custom_shadow.h"
 #include "integrator/deposit.h"
-#include "integrator/own_shadow.h"
 #include "integrator/shadow_attribution.h"
 #include "integrator/shadow_segment.h"
 #include "sampling/mis.h"
@@ -52,7 +52,7 @@ lights::SurfaceRadiance LightHits::surface_emission(const Path& path,
                                                     const Vec3& wo,
                                                     float footprint) const {
     lights::SurfaceRadiance emitted =
-        world_.lights.surface_radiance(point, wo, footprint, path.onlooker);
+        world_.lights.surface_radiance(point, wo, footprint, path.emission_receiver);
     emitted.Le *= light_factor(path, emitted.multipliers);
     if (!is_lit(path, emitted.links)) emitted.Le = Rgb(0.0f);
     return emitted;
@@ -62,10 +62,10 @@ void LightHits::add_emission(const Path& path,
                              const geometry::SurfacePoint& point,
                              const Vec3& wo,
                              film::SampleRadiance& out) const {
-    if (!context_.has_emission || !world_.lights.may_emit(point)) return;
+    if (!context_.has_emission || !world_.lights.can_emit(point)) return;
     const lights::SurfaceRadiance emitted = surface_emission(path, point, wo, path.cone_width);
     if (is_found_beyond(path, emitted.links)) return;
-    deposit_met(world_, path, emitted.group,
+    deposit_hit(world_, path, emitted.group,
                 path.beta * emitted.Le * surface_hit_weight(path, point), emitted.multipliers,
                 "surface emission", out);
 }
@@ -79,15 +79,15 @@ void LightHits::add(const Path& path, float t_max, film::SampleRadiance& out) co
     };
     const media::Flight* const flight = path.flight;
     const bool ends_in_volume = flight && flight->collides();
-    const float begin = with_margin(path.travelled),
-                end = ends_in_volume ? path.travelled + t_max : with_margin(path.travelled + t_max);
+    const float begin = with_margin(path.traveled),
+                end = ends_in_volume ? path.traveled + t_max : with_margin(path.traveled + t_max);
     const auto add = [&](const lights::LightHit& hit) {
-        if (path.travelled > 0.0f && hit.t <= begin) return;
+        if (path.traveled > 0.0f && hit.t <= begin) return;
         if (context_.options.caustics &&
             context_.options.caustics->finds(path.history, hit.light, path.pass_count))
             return;
         // What lies beyond the camera's far plane is not seen, but for the lights at infinity
-        if (std::isfinite(hit.t) && hit.t - path.travelled > path.ray.t_max) return;
+        if (std::isfinite(hit.t) && hit.t - path.traveled > path.ray.t_max) return;
         if (path.bounce == 0) {
             if (!world_.lights.is_camera_visible(hit.light)) return;
             if (!world_.lights.is_infinite(hit.light)) {
@@ -105,11 +105,11 @@ void LightHits::add(const Path& path, float t_max, film::SampleRadiance& out) co
         const lights::LobeMultipliers multipliers = world_.lights.lobe_multipliers(hit.light);
         Rgb Le = path.beta * hit.Le * light_factor(path, multipliers) * light_hit_weight(path, hit);
         if (flight && flight->around.is_drawn())
-            Le *= flight->around.weight_at(hit.t - path.travelled);
+            Le *= flight->around.weight_at(hit.t - path.traveled);
         else if (!path.interior.is_empty())
-            Le *= path.interior.transmittance(world_.materials, hit.t - path.travelled);
-        if (flight) Le *= flight->weight_at(hit.t - path.travelled);
-        deposit_met(world_, path, world_.lights.group(hit.light), Le, multipliers,
+            Le *= path.interior.transmittance(world_.materials, hit.t - path.traveled);
+        if (flight) Le *= flight->weight_at(hit.t - path.traveled);
+        deposit_hit(world_, path, world_.lights.group(hit.light), Le, multipliers,
                     "light hit by the path", out);
     };
     if (path.line_hit_count == Path::unknown_hits) {
@@ -135,14 +135,14 @@ void LightHits::add_unoccluded(Path& path, film::SampleRadiance& out) const {
             const lights::LobeMultipliers multipliers = world_.lights.lobe_multipliers(hit.light);
             const Rgb Le =
                 path.beta * hit.Le * light_factor(path, multipliers) * light_hit_weight(path, hit);
-            add_unoccluded_met(world_, world_.lights.group(hit.light), Le, multipliers, out);
+            add_unoccluded_hit(world_, world_.lights.group(hit.light), Le, multipliers, out);
         });
     if (count <= path.line_hits.size()) path.line_hit_count = int(count);
     if (!world_.lights.has_surface_emission()) return;
 
     for_each_emission(path, path.ray, path.cone_width,
                       [&](const lights::SurfaceRadiance& emitted, float weight) {
-                          add_unoccluded_met(world_, emitted.group, path.beta * emitted.Le * weight,
+                          add_unoccluded_hit(world_, emitted.group, path.beta * emitted.Le * weight,
                                              emitted.multipliers, out);
                       });
 }
@@ -150,19 +150,19 @@ void LightHits::add_unoccluded(Path& path, film::SampleRadiance& out) const {
 bool LightHits::is_lit(const Path& path, const scene::LightLinks* links) const {
     // Whoever looks from the camera sees every light
     return !world_.has_light_links || path.bounce == 0 ||
-           world_.lights.shines_on(links, path.receiver.link);
+           world_.lights.illuminates(links, path.receiver.link);
 }
 
 bool LightHits::is_found_beyond(const Path& path, const scene::LightLinks* links) const {
-    return world_.has_own_shadows && path.bounce > 0 && links && links->has_own_shadows();
+    return world_.has_custom_shadows && path.bounce > 0 && links && links->has_custom_shadows();
 }
 
 void LightHits::add_beyond(const Path& path,
                            const geometry::SurfacePoint& from,
                            film::SampleRadiance& out) const {
     constexpr float infinity = std::numeric_limits<float>::infinity();
-    ShadowShares room;
-    ShadowShares* const shares = context_.credits_casters(path.bounce) ? &room : nullptr;
+    ShadowShares scratch;
+    ShadowShares* const shares = context_.credits_casters(path.bounce) ? &scratch : nullptr;
     world_.lights.for_each_hit(
         path.straight_o, path.ray.d, infinity, [&](const lights::LightHit& hit) {
             const scene::LightLinks* links = world_.lights.links(hit.light);
@@ -178,25 +178,25 @@ void LightHits::add_beyond(const Path& path,
             light.wi = path.ray.d;
             light.distance = hit.t;
             const lights::RayCone cone{path.cone_width, path.cone_spread};
-            room.clear();
-            const Rgb visible =
-                OwnShadow(world_, *links, path.interior, cone, own_shadow_numbers(path), shares)
-                    .visibility(ShadowSegment(from, light), *path.counts);
-            deposit_met(world_, path, world_.lights.group(hit.light), Le * visible, multipliers,
+            scratch.clear();
+            const Rgb visible = CustomShadow(world_, *links, path.interior, cone,
+                                             custom_shadow_numbers(path), shares)
+                                    .visibility(ShadowSegment(from, light), *path.counts);
+            deposit_hit(world_, path, world_.lights.group(hit.light), Le * visible, multipliers,
                         "light hit, with its own shadow settings", out);
-            deposit_taken(room, world_.lights.group(hit.light), Le, out);
+            deposit_occluded(scratch, world_.lights.group(hit.light), Le, out);
         });
-    for (const OwnShadowSurfaces& surfaces : world_.own_shadow_surfaces)
+    for (const CustomShadowSurfaces& surfaces : world_.custom_shadow_surfaces)
         add_surfaces_beyond(path, surfaces, out);
 }
 
 void LightHits::add_surfaces_beyond(const Path& path,
-                                    const OwnShadowSurfaces& surfaces,
+                                    const CustomShadowSurfaces& surfaces,
                                     film::SampleRadiance& out) const {
     ShadowShares shares;
-    OwnShadow shadow(world_, surfaces.links, path.interior, {path.cone_width, path.cone_spread},
-                     own_shadow_numbers(path),
-                     context_.credits_casters(path.bounce) ? &shares : nullptr);
+    CustomShadow shadow(world_, surfaces.links, path.interior, {path.cone_width, path.cone_spread},
+                        custom_shadow_numbers(path),
+                        context_.credits_casters(path.bounce) ? &shares : nullptr);
     geometry::Ray ray = path.ray;
     for (uint32_t i = 0; i < pass_through_limit && !shadow.is_over(); ++i) {
         ++path.counts->shadow;
@@ -207,19 +207,19 @@ void LightHits::add_surfaces_beyond(const Path& path,
         shadow.go(ray.o, ray.d, hit.t, *path.counts);
         geometry::SurfacePoint point =
             geometry::make_surface_point(world_.scene, world_.geometry, ray, hit);
-        if (world_.lights.may_emit(point)) {
+        if (world_.lights.can_emit(point)) {
             const float width = shadow.cone_width();
             const lights::SurfaceRadiance emitted = surface_emission(path, point, -ray.d, width);
             if (is_found_beyond(path, emitted.links) && surfaces.is_of(*emitted.links)) {
                 const float weight =
                     world_.materials.presence(point, width) * surface_hit_weight(path, point);
-                deposit_met(world_, path, emitted.group,
+                deposit_hit(world_, path, emitted.group,
                             path.beta * emitted.Le * weight * shadow.visible(), emitted.multipliers,
                             "surface hit, with its own shadow settings", out);
-                deposit_taken(shares, emitted.group, path.beta * emitted.Le * weight, out);
+                deposit_occluded(shares, emitted.group, path.beta * emitted.Le * weight, out);
             }
         }
-        shadow.meet(point, ray.d);
+        shadow.cross_surface(point, ray.d);
         ray = geometry::spawn_ray(point, ray.d);
     }
 }

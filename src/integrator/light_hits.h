@@ -64,7 +64,7 @@ class LightHits {
 
   private:
     void add_surfaces_beyond(const Path& path,
-                             const OwnShadowSurfaces& surfaces,
+                             const CustomShadowSurfaces& surfaces,
                              film::SampleRadiance& out) const;
 
     const TracerContext& context_;
@@ -83,7 +83,7 @@ void LightHits::for_each_emission(const Path& path,
         const geometry::SurfacePoint point =
             geometry::make_surface_point(world_.scene, world_.geometry, ray, hit);
         cone_width += path.cone_spread * hit.t;
-        if (world_.lights.may_emit(point)) {
+        if (world_.lights.can_emit(point)) {
             const float weight =
                 world_.materials.presence(point, cone_width) * surface_hit_weight(path, point);
             visit(surface_emission(path, point, -ray.d, cone_width), weight);
@@ -94,8 +94,8 @@ void LightHits::for_each_emission(const Path& path,
 
 /// Of a path's ways through volumes to lights with shadows of their own. Lights may share them:
 /// each is seen on its own.
-inline sampling::RandomStream own_shadow_numbers(const Path& path) {
-    return path.sampler.stream(path.bounce, sampling::Purpose::VolumeOwnShadow, path.pass_count);
+inline sampling::RandomStream custom_shadow_numbers(const Path& path) {
+    return path.sampler.stream(path.bounce, sampling::Purpose::VolumeCustomShadow, path.pass_count);
 }
 
 }  // namespace velatura::integrator

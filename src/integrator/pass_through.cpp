@@ -11,7 +11,7 @@ bool pass_cutout(const TracerContext& context, Path& path, const geometry::Surfa
     if (presence >= 1.0f) return false;
     if (path.sampler.get_1d(path.bounce, sampling::Purpose::Opacity, path.pass_count) < presence)
         return false;
-    go_straight_on(path, point);
+    continue_straight(path, point);
     return true;
 }
 
@@ -24,28 +24,28 @@ bool pass_straight(const TracerContext& context, Path& path, const Vertex& verte
     path.beta *= passed;
     if (keeps_interior(context.world))
         cross(context.world, vertex.crossing, vertex.point, vertex.wo, -vertex.wo, path.interior);
-    go_straight_on(path, vertex.point);
+    continue_straight(path, vertex.point);
     return true;
 }
 
-bool meet_bodies(const TracerContext& context,
-                 Path& path,
-                 const geometry::SurfacePoint& point,
-                 std::optional<NestedBodies::Crossing>& room,
-                 const NestedBodies::Crossing*& crossing) {
+bool intersect_dielectrics(const TracerContext& context,
+                           Path& path,
+                           const geometry::SurfacePoint& point,
+                           std::optional<NestedDielectrics::Crossing>& storage,
+                           const NestedDielectrics::Crossing*& crossing) {
     const shading::MaterialEvaluator& materials = context.world.materials;
-    if (!materials.bounds_body(point.material)) return true;
+    if (!materials.bounds_solid(point.material)) return true;
     if (!context.world.nested) {
         if (!materials.is_bare(point.material)) return true;
         path.interior.cross(materials, point, -path.ray.d, path.ray.d);
-        go_straight_on(path, point);
+        continue_straight(path, point);
         return false;
     }
-    crossing =
-        &room.emplace(context.world.nested->cross(path.interior, point, -path.ray.d, path.counts));
+    crossing = &storage.emplace(
+        context.world.nested->cross(path.interior, point, -path.ray.d, path.counts));
     if (crossing->is_boundary && !materials.is_bare(crossing->point.material)) return true;
     path.interior = crossing->beyond;
-    go_straight_on(path, crossing->point);
+    continue_straight(path, crossing->point);
     return false;
 }
 

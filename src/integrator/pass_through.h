@@ -16,12 +16,12 @@ bool pass_cutout(const TracerContext& context, Path& path, const geometry::Surfa
 /// does.
 bool pass_straight(const TracerContext& context, Path& path, const Vertex& vertex);
 
-/// Nested dielectrics. False: what was met is no boundary between bodies, and the path goes on.
-/// crossing: if it is one, made in `room`.
-bool meet_bodies(const TracerContext& context,
-                 Path& path,
-                 const geometry::SurfacePoint& point,
-                 std::optional<NestedBodies::Crossing>& room,
-                 const NestedBodies::Crossing*& crossing);
+/// Nested dielectrics. False: what was met is no boundary between solids, and the path goes on.
+/// crossing: if it is one, made in `storage`.
+bool intersect_dielectrics(const TracerContext& context,
+                           Path& path,
+                           const geometry::SurfacePoint& point,
+                           std::optional<NestedDielectrics::Crossing>& storage,
+                           const NestedDielectrics::Crossing*& crossing);
 
 }  // namespace velatura::integrator

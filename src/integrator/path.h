@@ -44,13 +44,14 @@ struct Path {
     int bounce = 0;  ///< scatterings so far; pass-throughs do not count
     uint32_t pass_count =
         0;  ///< pass-throughs since the last scattering; keeps their random numbers apart
-    lights::Onlooker onlooker = lights::Onlooker::Eye;  ///< at the last vertex
+    lights::EmissionReceiver emission_receiver =
+        lights::EmissionReceiver::Camera;  ///< at the last vertex
     bool is_certain = true;  ///< no light sampling competed for the present direction: MIS weight 1
     lights::Receiver receiver = {};  ///< where the present direction was sampled
     float scatter_pdf = 0;           ///< [1/sr]
     Vec3 straight_o =
         Vec3(0.0f);       ///< where the present straight line began; pass-throughs do not end it
-    float travelled = 0;  ///< along that line up to the present segment
+    float traveled = 0;   ///< along that line up to the present segment
     float segment_t = 0;  ///< length of the present segment
     /// The lights that the whole of that line crosses, where somebody asked before and they are
     /// few.
@@ -82,8 +83,8 @@ struct Vertex {
     const shading::Bsdf& bsdf;
     Vec3 wo;
     DirectionMixture directions;
-    const NestedBodies::Crossing* crossing =
-        nullptr;           ///< of a boundary between bodies with priorities
+    const NestedDielectrics::Crossing* crossing =
+        nullptr;           ///< of a boundary between solids with priorities
     bool is_exit = false;  ///< where light comes out that scattered below the surface
 
     /// What f does, of a light that counts by the multipliers.
@@ -95,7 +96,7 @@ struct Vertex {
 };
 
 /// What scatters a path that is at no surface, wherever in it: of a volume, or of what fills a
-/// body.
+/// solid.
 struct Scatterer {
     const media::HenyeyGreenstein& phase;
     Rgb albedo;
@@ -109,7 +110,7 @@ struct Scatterer {
         return receiver;
     }
 
-    /// Where light scatters, for what asks for surfaces: rays leave from p itself, and no body is
+    /// Where light scatters, for what asks for surfaces: rays leave from p itself, and no solid is
     /// entered or left.
     geometry::SurfacePoint point_at(const Vec3& p, float time) const {
         geometry::SurfacePoint point;
@@ -123,7 +124,7 @@ struct Scatterer {
 
 /// Light goes through the vertex from wo to wi, or stays on its side.
 inline void cross(const World& world,
-                  const NestedBodies::Crossing* crossing,
+                  const NestedDielectrics::Crossing* crossing,
                   const geometry::SurfacePoint& point,
                   const Vec3& wo,
                   const Vec3& wi,
@@ -135,12 +136,12 @@ inline void cross(const World& world,
 }
 
 /// Goes on behind the surface in the same direction, which is no scattering.
-inline void go_straight_on(Path& path, const geometry::SurfacePoint& point) {
+inline void continue_straight(Path& path, const geometry::SurfacePoint& point) {
     // The rest of the segment keeps its end: the camera's far plane also counts behind a cut-out
     const float rest = path.ray.t_max - path.segment_t;
     path.ray = geometry::spawn_ray(point, path.ray.d);
     path.ray.t_max = rest;
-    path.travelled += path.segment_t;
+    path.traveled += path.segment_t;
     ++path.pass_count;
 }
 

@@ -28,7 +28,9 @@ class PathObserver {
 
     /// The path may scatter at `at` by lobes that are no delta; beta before it does. Lights sampled
     /// there came before.
-    virtual void on_vertex(const guiding::Place& at, const Rgb& beta) { (void)at, (void)beta; }
+    virtual void on_vertex(const guiding::GuidingPoint& at, const Rgb& beta) {
+        (void)at, (void)beta;
+    }
 
     /// It did, and goes on along wi. Not called for delta lobes.
     virtual void on_scatter(const Vec3& wi) { (void)wi; }

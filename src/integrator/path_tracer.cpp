@@ -70,30 +70,31 @@ void PathTracer::trace(int x,
 }
 
 void PathTracer::follow(Path& path, film::SampleRadiance& out) const {
-    const bool has_insides = world_.nested || world_.subsurface || world_.body_media;
+    const bool has_insides = world_.nested || world_.subsurface || world_.interior_media;
     if (has_insides)
         follow_through<true>(path, out);
     else
         follow_through<false>(path, out);
 }
 
-/// has_insides: bodies displace each other, have matter in them or no surface, or light scatters
+/// has_insides: solids displace each other, have a medium in them or no surface, or light scatters
 /// below surfaces.
 template <bool has_insides>
 void PathTracer::follow_through(Path& path, film::SampleRadiance& out) const {
     RayCounts& counts = *path.counts;
     PathObserver* const observer = path.observer;
     const bool has_absorption = keeps_interior(world_);
-    std::optional<NestedBodies::Crossing> room;
+    std::optional<NestedDielectrics::Crossing> storage;
     const char* end = "escaped";
     while (true) {
         const geometry::Hit hit = world_.accelerator->intersect(path.ray);
 
         // Add the lights that the segment crosses; beyond the last surface also those at infinity
         const float t_max = hit.is_valid() ? hit.t : std::numeric_limits<float>::infinity();
-        const BodyMedia::Medium* const medium =
-            has_insides && world_.body_media ? world_.body_media->find(path.interior.filling())
-                                             : nullptr;
+        const InteriorMedia::Medium* const medium =
+            has_insides && world_.interior_media
+                ? world_.interior_media->find(path.interior.filling())
+                : nullptr;
         if (world_.volumes || medium) {
             const VolumeSegment::End segment = volume_.cross(path, medium, t_max, end, out);
             if (segment == VolumeSegment::End::Scattered) continue;
@@ -110,9 +111,9 @@ void PathTracer::follow_through(Path& path, film::SampleRadiance& out) const {
         path.cone_width += path.cone_spread * hit.t;
         path.segment_t = hit.t;
         if (observer) observer->on_hit(path.bounce, point, hit.t, path.beta);
-        const NestedBodies::Crossing* crossing = nullptr;
+        const NestedDielectrics::Crossing* crossing = nullptr;
         if ((world_.materials.has_presence() && pass_cutout(context_, path, point)) ||
-            (has_insides && !meet_bodies(context_, path, point, room, crossing))) {
+            (has_insides && !intersect_dielectrics(context_, path, point, storage, crossing))) {
             if (path.pass_count < pass_through_limit) continue;
             end = "passed through too many surfaces";
             break;
@@ -148,10 +149,10 @@ void PathTracer::follow_through(Path& path, film::SampleRadiance& out) const {
         direct_.add(path, vertex, out);
         if (context_.options.caustics) add_caustics(context_, path, vertex, out);
         if (path.branches > 1 && vertex.bsdf.has_non_delta()) {
-            branch_out(path, vertex, out);
+            split_path(path, vertex, out);
             return;
         }
-        if (const char* const why = go_on(path, vertex, out)) {
+        if (const char* const why = continue_path(path, vertex, out)) {
             end = why;
             break;
         }
@@ -161,33 +162,35 @@ void PathTracer::follow_through(Path& path, film::SampleRadiance& out) const {
 
 /// What came by the path so far is shared by all branches; each goes on with its share and with
 /// random numbers of its own.
-void PathTracer::branch_out(const Path& trunk,
+void PathTracer::split_path(const Path& prefix,
                             const Vertex& vertex,
                             film::SampleRadiance& out) const {
     count_call(Effect::Splitting);
     out.begin_branches();
-    const uint64_t rays_before = trunk.counts->total();
+    const uint64_t rays_before = prefix.counts->total();
     film::PathLabels* const labels = out.labels();
-    const film::PathLabels::Trunk trunk_labels =
-        labels ? labels->trunk() : film::PathLabels::Trunk();
-    for (uint32_t i = 0; i < trunk.branches; ++i) {
-        Path branch = trunk;
+    const film::PathLabels::PathPrefix trunk_labels =
+        labels ? labels->prefix() : film::PathLabels::PathPrefix();
+    for (uint32_t i = 0; i < prefix.branches; ++i) {
+        Path branch = prefix;
         branch.branches = 1;
-        branch.share = 1.0f / float(trunk.branches);
+        branch.share = 1.0f / float(prefix.branches);
         branch.beta *= branch.share;
-        branch.sampler = trunk.sampler.branch(i, trunk.branches);
-        if (labels) labels->go_back_to(trunk_labels);
-        if (const char* const why = go_on(branch, vertex, out)) {
+        branch.sampler = prefix.sampler.branch(i, prefix.branches);
+        if (labels) labels->restore(trunk_labels);
+        if (const char* const why = continue_path(branch, vertex, out)) {
             if (branch.observer) branch.observer->on_end(branch.bounce, why);
         } else {
             follow(branch, out);
         }
     }
-    trunk.counts->in_branches += trunk.counts->total() - rays_before;
+    prefix.counts->in_branches += prefix.counts->total() - rays_before;
 }
 
 /// Chooses where the path goes from the vertex. Returns: why it ends instead, or null.
-const char* PathTracer::go_on(Path& path, const Vertex& vertex, film::SampleRadiance& out) const {
+const char* PathTracer::continue_path(Path& path,
+                                      const Vertex& vertex,
+                                      film::SampleRadiance& out) const {
     if (!scatter(path, vertex, out)) return "absorbed";
     if (path.pass_count == 0 && !survives_roulette(context_, path)) return "ended by roulette";
     if (path.pass_count >= pass_through_limit) return "passed through too many surfaces";
@@ -216,7 +219,7 @@ bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance&
     // event. Light sampling looks through it as well, unless nobody knew that it is one: then what
     // lies behind has no rival sampler
     if (sample->is_delta && sample->kind == shading::ScatterKind::Transmit && sample->eta == 1.0f) {
-        go_straight_on(path, point);
+        continue_straight(path, point);
         if (!world_.materials.material_is_see_through(point.material)) path.is_certain = true;
         return true;
     }
@@ -228,10 +231,11 @@ bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance&
     }
     path.ray = geometry::spawn_ray(point, sample->wi);
     path.straight_o = path.ray.o;
-    path.travelled = 0;
+    path.traveled = 0;
     path.line_hit_count = Path::unknown_hits;
     path.is_certain = sample->is_delta;
-    path.onlooker = sample->is_delta ? lights::Onlooker::Eye : lights::Onlooker::Scattering;
+    path.emission_receiver =
+        sample->is_delta ? lights::EmissionReceiver::Camera : lights::EmissionReceiver::Scattering;
     path.receiver = receiver_at(world_, point, bsdf);
     path.scatter_pdf = sample->pdf;
     if (path.observer && !sample->is_delta) path.observer->on_scatter(sample->wi);
@@ -258,7 +262,7 @@ bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance&
     ++path.bounce;
     path.pass_count = 0;
     if (is_first && context_.has_unoccluded) hits_.add_unoccluded(path, out);
-    if (world_.has_own_shadows) hits_.add_beyond(path, point, out);
+    if (world_.has_custom_shadows) hits_.add_beyond(path, point, out);
     return true;
 }
 

@@ -21,7 +21,7 @@ class PathTracer {
     PathTracer(const PathTracer&) = delete;
     PathTracer& operator=(const PathTracer&) = delete;
 
-    /// One camera sample of pixel (x, y) of the whole picture. A function of its arguments and the
+    /// One camera sample of pixel (x, y) of the whole image. A function of its arguments and the
     /// options alone. Where the path divides, an observer is told of one branch after the other,
     /// each with its own end.
     void trace(int x,
@@ -35,8 +35,8 @@ class PathTracer {
     void follow(Path& path, film::SampleRadiance& out) const;
     template <bool has_insides>
     void follow_through(Path& path, film::SampleRadiance& out) const;
-    void branch_out(const Path& trunk, const Vertex& vertex, film::SampleRadiance& out) const;
-    const char* go_on(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
+    void split_path(const Path& prefix, const Vertex& vertex, film::SampleRadiance& out) const;
+    const char* continue_path(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
     bool scatter(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
 
     TracerContext context_;

@@ -22,11 +22,12 @@ struct RayCounts {
     uint64_t caustics_capped =
         0;  ///< of these: weighed too little, because their probability takes too long to find
     media::TrackingCounts tracking;  ///< through volumes
-    uint64_t walks_given_up = 0;     ///< below surfaces, after SubsurfaceWalk::most_steps
-    uint64_t bodies_unmatched =
-        0;  ///< faces of bodies with priorities by which rays left what they had not entered
-    uint64_t bodies_too_deep = 0;  ///< such faces entered within more bodies than an Interior holds
-    scene::EffectCalls effects;    ///< of the code that traced them; filled by the schedule
+    uint64_t walks_abandoned = 0;    ///< below surfaces, after SubsurfaceWalk::max_steps
+    uint64_t dielectrics_unmatched =
+        0;  ///< faces of solids with priorities by which rays left what they had not entered
+    uint64_t dielectrics_too_deep =
+        0;                       ///< such faces entered within more solids than an Interior holds
+    scene::EffectCalls effects;  ///< of the code that traced them; filled by the schedule
 
     uint64_t total() const { return camera + indirect + shadow + caustic; }
 
@@ -41,9 +42,9 @@ struct RayCounts {
         caustics_found += o.caustics_found;
         caustics_capped += o.caustics_capped;
         tracking += o.tracking;
-        walks_given_up += o.walks_given_up;
-        bodies_unmatched += o.bodies_unmatched;
-        bodies_too_deep += o.bodies_too_deep;
+        walks_abandoned += o.walks_abandoned;
+        dielectrics_unmatched += o.dielectrics_unmatched;
+        dielectrics_too_deep += o.dielectrics_too_deep;
         effects += o.effects;
         return *this;
     }

@@ -9,7 +9,7 @@
 namespace velatura::integrator {
 
 /// Tile: every tile takes all its samples at once. Progressive: whole-frame passes that double.
-/// Both give the same picture, bit for bit.
+/// Both give the same image, bit for bit.
 enum class RenderMode : uint8_t { Progressive, Tile };
 
 struct RenderOptions {
@@ -24,7 +24,7 @@ struct RenderOptions {
     int tile_size = 32;     ///< pixels; rounded up to whole tiles of the film
     int max_depth =
         0;  ///< scatterings after which paths are cut (a bias); 0 = only roulette ends them
-    double snapshot_interval_s = 0;  ///< 0 = no interim pictures
+    double snapshot_interval_s = 0;  ///< 0 = no interim images
     double time_budget_s = 0;        ///< progressive: stop at the pass that ends after it; 0 = none
     double target_error =
         0;  ///< progressive: stop when the relative standard error is this; 0 = none

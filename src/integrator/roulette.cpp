@@ -34,9 +34,9 @@ bool survives_otherwise(const TracerContext& context, Path& path) {
     if (path.bounce >= trapped_path_start)
         survival = std::min(survival, 1.0f - 1.0f / trapped_path_share);
     // Gains of a trial know how much short paths carry
-    const bool may_end = path.bounce >= estimator.roulette_start ||
+    const bool can_end = path.bounce >= estimator.roulette_start ||
                          (estimator.roulette == Roulette::Efficiency && context.options.roulette);
-    if (may_end && survival < 1.0f) {
+    if (can_end && survival < 1.0f) {
         scene::count_call(scene::Effect::Roulette);
         if (path.sampler.get_1d(path.bounce, sampling::Purpose::Roulette) >= survival) return false;
         path.beta /= survival;

@@ -15,8 +15,8 @@ namespace {
 constexpr uint64_t trial_seed_salt = 0x726f756c65747465ull;
 
 constexpr uint64_t trial_samples = 16;
-constexpr int most_to_a_side = 64;  // pixels that are tried
-constexpr double least_gain = 1.0 / 16, largest_gain = 64.0;
+constexpr int max_to_a_side = 64;  // pixels that are tried
+constexpr double min_gain = 1.0 / 16, largest_gain = 64.0;
 
 using Squares = std::array<double, 3>;
 
@@ -72,7 +72,7 @@ struct Sums {
     float gain(size_t i) const {
         const double square = tails[i] / costs[i] * cost / variance;
         if (!(square > 0.0) || !std::isfinite(square)) return usual_gain;
-        return float(std::clamp(std::sqrt(square), least_gain, largest_gain));
+        return float(std::clamp(std::sqrt(square), min_gain, largest_gain));
     }
 };
 
@@ -143,8 +143,8 @@ RouletteTrial try_roulette(const World& world,
 
     // Every row sums its own pixels, so that the result does not depend on the threads
     const auto& settings = world.scene.settings;
-    const int columns = std::min(settings.width, most_to_a_side),
-              rows = std::min(settings.height, most_to_a_side);
+    const int columns = std::min(settings.width, max_to_a_side),
+              rows = std::min(settings.height, max_to_a_side);
     std::vector<Sums> sums{size_t(rows)};
     std::vector<RayCounts> counts{size_t(rows)};
     const auto is_stopped = [stop] { return stop && stop->load(std::memory_order_relaxed); };

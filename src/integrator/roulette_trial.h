@@ -8,7 +8,7 @@
 
 namespace velatura::integrator {
 
-/// What a trial came to. All but `seconds` is a function of scene, picture size and tracer options
+/// What a trial came to. All but `seconds` is a function of scene, image size and tracer options
 /// alone.
 struct RouletteTrial {
     RouletteGains gains;
@@ -19,7 +19,7 @@ struct RouletteTrial {
 /// Finds out by how much chances to end paths pay: a path that ends early saves rays, and makes the
 /// others count more.
 ///
-/// Before the render, up to 4096 pixels spread over the picture take 16 samples each, whose random
+/// Before the render, up to 4096 pixels spread over the image take 16 samples each, whose random
 /// numbers the render never meets. With V the variance of a sample and C its cost in rays, ending
 /// paths after k scatterings, of which one that carries a brings T by c more rays, adds
 /// a T² / gain to V and a · gain · c to C: the product is least for gain² = (E[T² / a] / E[a c]) ·

@@ -19,11 +19,11 @@ namespace {
 constexpr std::array<float, 5> weights = {1.0f, 0.8411f, 0.5005f, 0.2107f, 0.0627f};
 constexpr int reach = int(weights.size()) - 1;
 
-/// Calls `use(at, weight)` for all places at most `reach` from `centre` that a line of `size` has.
+/// Calls `use(at, weight)` for all places at most `reach` from `center` that a line of `size` has.
 template <class Use>
-void for_each_near(int centre, int size, const Use& use) {
-    for (int at = std::max(0, centre - reach); at <= std::min(size - 1, centre + reach); ++at)
-        use(at, weights[size_t(std::abs(at - centre))]);
+void for_each_near(int center, int size, const Use& use) {
+    for (int at = std::max(0, center - reach); at <= std::min(size - 1, center + reach); ++at)
+        use(at, weights[size_t(std::abs(at - center))]);
 }
 
 /// Base 2 logarithms of merits and of what is divided by them, in steps.
@@ -134,9 +134,9 @@ std::vector<float> mean_around(const std::vector<float>& values, int width, int 
             rows[row + size_t(x)] = sum + values[row + size_t(x)];
         }
     });
-    const auto total_weight = [](int centre, int size) {
+    const auto total_weight = [](int center, int size) {
         float sum = 0;
-        for_each_near(centre, size, [&](int, float weight) { sum += weight; });
+        for_each_near(center, size, [&](int, float weight) { sum += weight; });
         return sum;
     };
     parallel_for(size_t(height), [&](size_t row) {

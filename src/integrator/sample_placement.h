@@ -63,7 +63,7 @@ std::vector<float> mean_around(const std::vector<float>& values, int width, int 
 /// indices is rendered, in whatever passes or parts, each pixel's samples are a run that the next
 /// range continues.
 ///
-/// A pixel's rate comes from the pilot samples of its neighbours, and their unit from pixels
+/// A pixel's rate comes from the pilot samples of its neighbors, and their unit from pixels
 /// further away, tile by tile; its own do not enter. So its samples are independent of how many
 /// there are, and their mean is unbiased (docs/engineering/hard_cases.md H46: a pixel that has not
 /// met the rare bright path yet must not be left alone for it).
@@ -91,7 +91,7 @@ class SampleRates {
     uint64_t count(int x, int y, uint64_t index) const;
 
     /// No pixel has more samples than this at `index`.
-    static uint64_t most(uint64_t index) {
+    static uint64_t max(uint64_t index) {
         return index <= pilot_samples ? index : index << highest;
     }
 

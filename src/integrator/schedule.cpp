@@ -4,7 +4,7 @@
 #include "base/tasks.h"
 #include "integrator/work_rate.h"
 #include "scene/effect_calls.h"
-#include "statistics/picture_change.h"
+#include "statistics/image_change.h"
 
 #include <algorithm>
 #include <bit>
@@ -189,14 +189,14 @@ class Runner {
 
     Progress& progress() { return progress_; }
 
-    /// What the picture says of its error when it has the samples at the indices below `end`;
+    /// What the image says of its error when it has the samples at the indices below `end`;
     /// nothing unless that is a power of two.
     std::optional<statistics::ErrorObservation> observe(const film::NoiseEstimate& noise,
                                                         uint64_t end) const {
         // Of two samples the change says little, and costs as much as that of many
         if (top_up_ || !noise.is_known || !std::has_single_bit(end) || end < 4) return std::nullopt;
         const std::optional<statistics::RelativeError> change =
-            statistics::picture_change(film_.sums());
+            statistics::image_change(film_.sums());
         if (!change) return std::nullopt;
         return statistics::ErrorObservation{noise.samples_min, noise.samples_max,
                                             noise.samples_mean, progress_.elapsed_s(), *change};
@@ -243,45 +243,47 @@ class Runner {
 
   private:
     /// What a thread fills tile after tile; large where there are thousands of layers.
-    struct Room {
-        explicit Room(const film::LayerSet& layers) : accumulator(layers), radiance(layers) {}
+    struct ThreadScratch {
+        explicit ThreadScratch(const film::LayerSet& layers)
+            : accumulator(layers), radiance(layers) {}
 
         film::PixelAccumulator accumulator;
         film::SampleRadiance radiance;
     };
 
-    /// A room for the time of a tile. One that a stop left in the middle of a pixel is not used
+    /// A scratch for the time of a tile. One that a stop left in the middle of a pixel is not used
     /// again.
     class Lease {
       public:
         explicit Lease(Runner& runner) : runner_(runner) {
             const std::lock_guard lock(runner.rooms_mutex_);
-            // Room for all of them to come back: a destructor must not look for memory
-            runner.rooms_.reserve(runner.rooms_.size() + runner.leases_ + 1);
+            // Space for all of them to come back: a destructor must not look for memory
+            runner.scratches_.reserve(runner.scratches_.size() + runner.leases_ + 1);
             ++runner.leases_;
-            if (!runner.rooms_.empty()) {
-                room_ = std::move(runner.rooms_.back());
-                runner.rooms_.pop_back();
+            if (!runner.scratches_.empty()) {
+                scratch_ = std::move(runner.scratches_.back());
+                runner.scratches_.pop_back();
             }
         }
 
         ~Lease() {
             const std::lock_guard lock(runner_.rooms_mutex_);
             --runner_.leases_;
-            if (room_ && !runner_.is_stopped()) runner_.rooms_.push_back(std::move(room_));
+            if (scratch_ && !runner_.is_stopped())
+                runner_.scratches_.push_back(std::move(scratch_));
         }
 
         Lease(const Lease&) = delete;
         Lease& operator=(const Lease&) = delete;
 
-        Room& room() {
-            if (!room_) room_ = std::make_unique<Room>(runner_.film_.layer_set());
-            return *room_;
+        ThreadScratch& scratch() {
+            if (!scratch_) scratch_ = std::make_unique<ThreadScratch>(runner_.film_.layer_set());
+            return *scratch_;
         }
 
       private:
         Runner& runner_;
-        std::unique_ptr<Room> room_;
+        std::unique_ptr<ThreadScratch> scratch_;
     };
 
     template <class Body>
@@ -313,7 +315,7 @@ class Runner {
 
     bool run_tile(const film::Window& tile, uint64_t first, uint64_t end) {
         Lease lease(*this);
-        auto& [accumulator, radiance] = lease.room();
+        auto& [accumulator, radiance] = lease.scratch();
         for (int y = tile.y0; y < tile.y1; ++y) {
             RayCounts counts;
             uint64_t done = 0, watched = 0;
@@ -348,7 +350,7 @@ class Runner {
         return record.first == record.end ? count(x, y, first) : record.end;
     }
 
-    /// Pilot samples of a pixel up to `end` that the picture has already or does not want. Returns:
+    /// Pilot samples of a pixel up to `end` that the image has already or does not want. Returns:
     /// how many.
     uint64_t watch_pixel(
         int x, int y, uint64_t end, film::SampleRadiance& radiance, RayCounts& counts) {
@@ -360,7 +362,7 @@ class Runner {
     /// The rest of the pilot's samples.
     bool watch_tile(const film::Window& tile) {
         Lease lease(*this);
-        film::SampleRadiance& radiance = lease.room().radiance;
+        film::SampleRadiance& radiance = lease.scratch().radiance;
         for (int y = tile.y0; y < tile.y1; ++y) {
             RayCounts counts;
             uint64_t watched = 0;
@@ -395,7 +397,7 @@ class Runner {
     SampleRates rates_;
     const TopUpCounts* top_up_;  ///< in place of the rates
     std::mutex rooms_mutex_;
-    std::vector<std::unique_ptr<Room>> rooms_;
+    std::vector<std::unique_ptr<ThreadScratch>> scratches_;
     size_t leases_ = 0;
 };
 
@@ -449,7 +451,7 @@ constexpr uint64_t never = std::numeric_limits<uint64_t>::max();
 uint64_t target_end(const statistics::ErrorCurve& curve,
                     const RenderOptions& options,
                     uint64_t end) {
-    // A picture of few samples has not met what is rare
+    // An image of few samples has not met what is rare
     if (options.target_error <= 0 || curve.is_empty() || end < pilot_samples) return never;
     if (options.needs_sure_target && curve.is_lower()) return never;
     const statistics::ErrorForecast f = curve.forecast(options.target_error);
@@ -524,7 +526,7 @@ RenderResult run_progressive_mode(film::Film& film,
             last_snapshot_s = runner.progress().elapsed_s();
         }
 
-        // A pass must not outlast the wait for the next interim picture or the rest of the time
+        // A pass must not outlast the wait for the next interim image or the rest of the time
         // budget
         double longest_s = std::numeric_limits<double>::infinity();
         if (options.snapshot_interval_s > 0) longest_s = options.snapshot_interval_s;
@@ -547,8 +549,8 @@ uint64_t pass_end(uint64_t first, uint64_t end, uint64_t longest) {
     return std::min(first + size, end);
 }
 
-uint64_t most_samples(const RenderOptions& options) {
-    return options.adaptive ? SampleRates::most(options.end_sample) : options.end_sample;
+uint64_t max_samples(const RenderOptions& options) {
+    return options.adaptive ? SampleRates::max(options.end_sample) : options.end_sample;
 }
 
 RenderResult run_schedule(film::Film& film,

@@ -20,7 +20,7 @@ namespace velatura::integrator {
 using SampleFunction = std::function<void(
     int x, int y, uint64_t sample, film::SampleRadiance& out, RayCounts& counts)>;
 
-/// How far a render is. `error` is the relative standard error of the picture so far, where it is
+/// How far a render is. `error` is the relative standard error of the image so far, where it is
 /// known, or more than that.
 struct RenderState {
     double fraction = 0;
@@ -37,10 +37,10 @@ struct RenderState {
 struct RenderCallbacks {
     /// Called often, from any rendering thread but one at a time.
     std::function<void(const RenderState&)> progress;
-    /// Called between passes with every pixel at the same sample index, when an interim picture is
+    /// Called between passes with every pixel at the same sample index, when an interim image is
     /// due; with what is known of its error.
     std::function<void(const film::Film&, const statistics::ErrorCurve&)> snapshot;
-    /// Asked between passes: true = an interim picture is wanted now, whatever the interval.
+    /// Asked between passes: true = an interim image is wanted now, whatever the interval.
     std::function<bool()> snapshot_requested;
     /// Set to stop, each: no further sample is started.
     const std::atomic<bool>* stop = nullptr;
@@ -68,7 +68,7 @@ struct RenderResult {
 uint64_t pass_end(uint64_t first, uint64_t end, uint64_t longest);
 
 /// No pixel of a render gets samples of this index or above.
-uint64_t most_samples(const RenderOptions& options);
+uint64_t max_samples(const RenderOptions& options);
 
 /// Runs the sample function for all samples of all pixels of the film's window, in parallel, tile
 /// by tile or pass by pass. The film's content depends on neither, nor on how much of it the film

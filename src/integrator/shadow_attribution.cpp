@@ -16,7 +16,7 @@ void ShadowAttribution::credit_caster(const Path& path,
     if (caster == scene::none || is_black(taken)) return;
     constexpr float infinity = std::numeric_limits<float>::infinity();
     // As far as add_light_hits() has met them
-    const float end = path.travelled + t + flush_light_margin(path.straight_o, path.travelled + t);
+    const float end = path.traveled + t + flush_light_margin(path.straight_o, path.traveled + t);
     world_.lights.for_each_hit(
         path.straight_o, path.ray.d, infinity, [&](const lights::LightHit& hit) {
             if (world_.lights.is_within(hit, end)) return;
@@ -24,16 +24,17 @@ void ShadowAttribution::credit_caster(const Path& path,
                 const scene::LightLinks* links = world_.lights.links(hit.light);
                 if (!hits_.is_lit(path, links) || hits_.is_found_beyond(path, links)) return;
             }
-            out.add_taken(int(world_.lights.group(hit.light)), caster,
-                          taken * hit.Le *
-                              hits_.light_factor(path, world_.lights.lobe_multipliers(hit.light)) *
-                              hits_.light_hit_weight(path, hit));
+            out.add_occluded(
+                int(world_.lights.group(hit.light)), caster,
+                taken * hit.Le *
+                    hits_.light_factor(path, world_.lights.lobe_multipliers(hit.light)) *
+                    hits_.light_hit_weight(path, hit));
         });
     if (!world_.lights.has_surface_emission()) return;
     hits_.for_each_emission(
         path, behind, path.cone_width, [&](const lights::SurfaceRadiance& emitted, float weight) {
             if (!hits_.is_found_beyond(path, emitted.links))
-                out.add_taken(int(emitted.group), caster, taken * emitted.Le * weight);
+                out.add_occluded(int(emitted.group), caster, taken * emitted.Le * weight);
         });
 }
 

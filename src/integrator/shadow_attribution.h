@@ -10,7 +10,8 @@
 namespace velatura::integrator {
 
 /// Which caster takes the light that does not arrive, for the layers by caster: of lights that are
-/// sampled (deposit_taken), and of those that the path's first scattered direction would have met.
+/// sampled (deposit_occluded), and of those that the path's first scattered direction would have
+/// met.
 class ShadowAttribution {
   public:
     ShadowAttribution(const TracerContext& context, const LightHits& hits)
@@ -34,12 +35,12 @@ class ShadowAttribution {
 };
 
 /// Adds to each caster what it takes of a light's radiance.
-inline void deposit_taken(const ShadowShares& shares,
-                          scene::GroupId group,
-                          const Rgb& radiance,
-                          film::SampleRadiance& out) {
+inline void deposit_occluded(const ShadowShares& shares,
+                             scene::GroupId group,
+                             const Rgb& radiance,
+                             film::SampleRadiance& out) {
     for (const ShadowShares::Share& s : shares)
-        out.add_taken(int(group), s.caster, radiance * s.taken);
+        out.add_occluded(int(group), s.caster, radiance * s.taken);
 }
 
 }  // namespace velatura::integrator

@@ -17,15 +17,16 @@ Rgb straight_through(const shading::MaterialEvaluator& materials,
     return passed && passed->eta == 1.0f ? passed->weight : Rgb(0.0f);
 }
 
-Rgb pass_bodies(const World& world,
-                const Vec3& d,
-                float cone_width,
-                geometry::SurfacePoint& point,
-                Interior& interior,
-                RayCounts* counts) {
+Rgb pass_dielectrics(const World& world,
+                     const Vec3& d,
+                     float cone_width,
+                     geometry::SurfacePoint& point,
+                     Interior& interior,
+                     RayCounts* counts) {
     const shading::MaterialEvaluator& materials = world.materials;
-    if (world.nested && materials.bounds_body(point.material)) {
-        const NestedBodies::Crossing crossing = world.nested->cross(interior, point, -d, counts);
+    if (world.nested && materials.bounds_solid(point.material)) {
+        const NestedDielectrics::Crossing crossing =
+            world.nested->cross(interior, point, -d, counts);
         point = crossing.point;
         interior = crossing.beyond;
         if (!crossing.is_boundary) return Rgb(1.0f);

@@ -40,11 +40,11 @@ struct ShadowSegment {
             target = from.p + light.wi * light.distance;
             margin = flush_light_margin(from.p, light.distance);
         }
-        go_on_from(from);
+        continue_from(from);
     }
 
     /// False: nothing is left before the light.
-    bool go_on_from(const geometry::SurfacePoint& point) {
+    bool continue_from(const geometry::SurfacePoint& point) {
         if (is_infinite) {
             ray = geometry::spawn_ray(point, wi);
             return true;
@@ -78,12 +78,12 @@ Rgb straight_through(const shading::MaterialEvaluator& materials,
                      float surrounding_index = 1.0f);
 
 /// The same of light that is in `interior` before and after. point: where it goes on from. counts:
-/// see NestedBodies::cross.
-Rgb pass_bodies(const World& world,
-                const Vec3& d,
-                float cone_width,
-                geometry::SurfacePoint& point,
-                Interior& interior,
-                RayCounts* counts);
+/// see NestedDielectrics::cross.
+Rgb pass_dielectrics(const World& world,
+                     const Vec3& d,
+                     float cone_width,
+                     geometry::SurfacePoint& point,
+                     Interior& interior,
+                     RayCounts* counts);
 
 }  // namespace velatura::integrator

@@ -9,7 +9,7 @@
 namespace velatura::integrator {
 
 /// Who takes how much of a light on its way: the part that surfaces and volumes stop, in the order
-/// in which light that comes from the receiver would meet them. What bodies absorb inside is
+/// in which light that comes from the receiver would meet them. What solids absorb inside is
 /// nobody's.
 class ShadowShares {
   public:

@@ -32,9 +32,9 @@ double material_weight(const World& world, scene::MaterialId id) {
     };
     if (!is_constant(m.normal) || !is_constant(m.ior)) return 0.0;
     if (m.is_bare) return 0.0;
-    // What is behind a boundary of bodies with priorities is not known to chains
-    if (world.nested && world.materials.bounds_body(id)) return 0.0;
-    const auto may_be_smooth = [&](const scene::Input& roughness) {
+    // What is behind a boundary of solids with priorities is not known to chains
+    if (world.nested && world.materials.bounds_solid(id)) return 0.0;
+    const auto can_be_smooth = [&](const scene::Input& roughness) {
         return !is_constant(roughness) ||
                square(double(roughness.value.x)) < double(shading::specular_switch_alpha);
     };
@@ -42,7 +42,7 @@ double material_weight(const World& world, scene::MaterialId id) {
     constexpr double dielectric_reflection = 0.04;
     double weight = 0.0;
     // Light passes thin walls straight: that is no part of a chain, what they reflect is
-    if (world.materials.bounds_body(id)) {
+    if (world.materials.bounds_solid(id)) {
         // Only an interface that reflects blurs what it transmits (Bsdf::wants_rough_transmission)
         const double ior = double(m.ior.value.x);
         const double turn =
@@ -54,7 +54,7 @@ double material_weight(const World& world, scene::MaterialId id) {
                                 turn >= double(shading::specular_switch_alpha);
         if (!is_blurred) weight = 1.0;
     }
-    if (m.has_specular && may_be_smooth(m.roughness)) {
+    if (m.has_specular && can_be_smooth(m.roughness)) {
         const double metallic = is_constant(m.metallic) ? double(m.metallic.value.x) : 1.0;
         const double specular = !m.use_specular_workflow ? 0.0
                                 : is_constant(m.specular_color)
@@ -63,14 +63,14 @@ double material_weight(const World& world, scene::MaterialId id) {
         weight = std::max({weight, dielectric_reflection, metallic, specular});
     }
     const bool has_coat = !is_constant(m.clearcoat) || m.clearcoat.value.x > 0.0f;
-    if (has_coat && may_be_smooth(m.clearcoat_roughness))
+    if (has_coat && can_be_smooth(m.clearcoat_roughness))
         weight = std::max(weight, dielectric_reflection);
     return std::min(weight, 1.0);
 }
 
 }  // namespace
 
-Ball ball_around(const Box3d& box) {
+BoundingSphere sphere_around(const Box3d& box) {
     const Vec3d half = (box.max - box.min) * 0.5;
     return {box.min + half, half.dot(half)};
 }
@@ -99,8 +99,8 @@ SpecularCasters::SpecularCasters(const World& world) : world_(world) {
             }
         }
         if (!(enlarged > 0.0)) return;
-        const Ball ball = ball_around(box);
-        casters_.push_back({instance, shape, pieces, ball});
+        const BoundingSphere sphere = sphere_around(box);
+        casters_.push_back({instance, shape, pieces, sphere});
         weights.push_back(area * enlarged);
     };
     const geometry::GeometrySet& geometry = world_.geometry;
@@ -163,26 +163,26 @@ uint32_t SpecularCasters::add_pieces(const geometry::TriangleMesh& mesh,
     return uint32_t(pieces_.size() - 1);
 }
 
-double SpecularCasters::half_angle_of(const Ball& light) const {
-    constexpr size_t most = 256;
-    const size_t step = (casters_.size() + most - 1) / most;
+double SpecularCasters::half_angle_of(const BoundingSphere& light) const {
+    constexpr size_t max = 256;
+    const size_t step = (casters_.size() + max - 1) / max;
     double largest = 0;
     for (size_t i = 0; i < casters_.size(); i += step) {
-        const Ball& caster = casters_[i].ball;
+        const BoundingSphere& caster = casters_[i].sphere;
         const Vec3d away = caster.center - light.center;
         largest = std::max(largest, light.radius2 / std::max(away.dot(away), caster.radius2));
     }
     return std::sqrt(largest);
 }
 
-Ball SpecularCasters::ball() const {
+BoundingSphere SpecularCasters::sphere() const {
     Box3d box;
     for (const Caster& c : casters_) {
-        const Vec3d reach(std::sqrt(c.ball.radius2));
-        box.extendBy(c.ball.center - reach);
-        box.extendBy(c.ball.center + reach);
+        const Vec3d reach(std::sqrt(c.sphere.radius2));
+        box.extendBy(c.sphere.center - reach);
+        box.extendBy(c.sphere.center + reach);
     }
-    return ball_around(box);
+    return sphere_around(box);
 }
 
 Vec3d SpecularCasters::direction_from(
@@ -193,8 +193,8 @@ Vec3d SpecularCasters::direction_from(
         const auto draw = choice_.sample(fraction(u.x + float(i) / float(caster_candidates)));
         candidates[i] = draw.index;
         const Caster& c = casters_[draw.index];
-        const Vec3d away = c.ball.center - x;
-        sum += 1.0 / (away.dot(away) + c.ball.radius2);
+        const Vec3d away = c.sphere.center - x;
+        sum += 1.0 / (away.dot(away) + c.sphere.radius2);
         sums[i] = sum;
     }
     int chosen = 0;
@@ -202,8 +202,8 @@ Vec3d SpecularCasters::direction_from(
 
     // Of a caster all around most of the area is far aside
     const Caster& caster = casters_[candidates[chosen]];
-    const Vec3d away = caster.ball.center - x;
-    if (away.dot(away) < square(0.5) * caster.ball.radius2) {
+    const Vec3d away = caster.sphere.center - x;
+    if (away.dot(away) < square(0.5) * caster.sphere.radius2) {
         if (u_piece < 0.5f) {
             const double z = 1.0 - 2.0 * double(v.x), r = safe_sqrt(1.0 - z * z),
                          turn = 2.0 * pi_d * double(v.y);

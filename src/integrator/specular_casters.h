@@ -10,12 +10,12 @@
 namespace velatura::integrator {
 
 /// A ball around things.
-struct Ball {
+struct BoundingSphere {
     Vec3d center = Vec3d(0.0);
     double radius2 = 0;
 };
 
-Ball ball_around(const Box3d& box);
+BoundingSphere sphere_around(const Box3d& box);
 
 /// The shapes of a world that may reflect or refract without blur: where specular chains begin.
 /// Immutable, safe to share among threads; the world must outlive it.
@@ -26,11 +26,11 @@ class SpecularCasters {
     bool is_empty() const { return casters_.empty(); }
 
     /// Around all of them, at all times.
-    Ball ball() const;
+    BoundingSphere sphere() const;
 
     /// Largest half angle [rad], about, that a light in the ball fills as seen from one of them (of
     /// at most 256 that stand for all).
-    double half_angle_of(const Ball& light) const;
+    double half_angle_of(const BoundingSphere& light) const;
 
     /// How much light a material passes on by delta lobes, very roughly, in [0, 1]; 0: chains do
     /// not go by it, and paths keep the light.
@@ -47,8 +47,8 @@ class SpecularCasters {
     /// A shape where it stands.
     struct Caster {
         uint32_t instance = scene::none, shape = scene::none;
-        uint32_t pieces = 0;  ///< index into pieces_
-        Ball ball;            ///< at all times
+        uint32_t pieces = 0;    ///< index into pieces_
+        BoundingSphere sphere;  ///< at all times
     };
 
     uint32_t add_pieces(const geometry::TriangleMesh& mesh, scene::MaterialId override);

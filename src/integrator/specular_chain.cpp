@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "integrator/specular_chain.h"
 
-#include "geometry/fibre.h"
+#include "geometry/fiber.h"
 #include "lights/emitter.h"
 
 #include <algorithm>
@@ -221,7 +221,7 @@ std::optional<geometry::SurfacePoint> leaving_point(const World& world,
     if (!point.mesh->has_normals()) {
         if (!point.mesh->primitives() || !world.materials.is_hair(point.material))
             return std::nullopt;
-        return geometry::across_fibre(world.scene, point);
+        return geometry::across_fiber(world.scene, point);
     }
     if (world.materials.material_has_transmission(point.material)) return std::nullopt;
     const std::optional<geometry::SurfacePoint> start = geometry::lifted(world.geometry, point, wo);

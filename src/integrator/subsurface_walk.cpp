@@ -17,7 +17,7 @@ using sampling::Purpose;
 namespace {
 
 /// Faces that a straight way meets from their wrong side before it counts as lost.
-constexpr int most_wrong_sides = 16;
+constexpr int max_wrong_sides = 16;
 
 /// Walks end by roulette from this many scatterings on.
 constexpr uint32_t roulette_start = 16;
@@ -56,17 +56,17 @@ SubsurfaceWalk::SubsurfaceWalk(const scene::Scene& scene,
     }
 }
 
-std::optional<geometry::SurfacePoint> SubsurfaceWalk::find_exit(const Body& body,
+std::optional<geometry::SurfacePoint> SubsurfaceWalk::find_exit(const Solid& solid,
                                                                 const geometry::Ray& ray,
                                                                 float& t) const {
     geometry::Ray rest = ray;
     t = 0;
-    for (int i = 0; i < most_wrong_sides; ++i) {
-        const std::optional<BodyHit> hit =
-            meet_body(scene_, geometry_, body.placed, body.backward, rest);
+    for (int i = 0; i < max_wrong_sides; ++i) {
+        const std::optional<PlacedMeshHit> hit =
+            intersect_placed_mesh(scene_, geometry_, solid.placed, solid.backward, rest);
         if (!hit) return std::nullopt;
         t += hit->t;
-        if (hit->point.ng.dot(ray.d) * body.outside > 0.0f) return hit->point;
+        if (hit->point.ng.dot(ray.d) * solid.outside > 0.0f) return hit->point;
         // Met from outside: by rounding, or where the mesh overlaps itself
         const float left = rest.t_max - hit->t;
         rest = geometry::spawn_ray(hit->point, ray.d);
@@ -86,23 +86,23 @@ std::optional<SubsurfaceWalk::Exit> SubsurfaceWalk::walk(const geometry::Surface
     scene::count_call(scene::Effect::Subsurface);
     const accel::Accelerator* const tree = trees_.find(*from.mesh);
     if (!tree) return std::nullopt;
-    Body body{
+    Solid solid{
         {from.instance, from.shape, tree}, from.ng.dot(wo) < 0.0f ? -1.0f : 1.0f, {}, nullptr};
     if (from.instance != scene::none)
-        body.backward =
-            &geometry_.instance(from.instance, from.time, body.room).prototype_from_render;
+        solid.backward =
+            &geometry_.instance(from.instance, from.time, solid.storage).prototype_from_render;
 
     // Enter as evenly as light leaves a matt surface
     const Vec3 entry =
         sampling::cosine_hemisphere(sampler.get_2d(bounce, Purpose::SubsurfaceEntry, repeat));
     Vec3 d = renormalize(Frame::from_z(-n).from_local(entry));
-    if (d.dot(from.ng) * body.outside > 0.0f) return std::nullopt;
+    if (d.dot(from.ng) * solid.outside > 0.0f) return std::nullopt;
     geometry::SurfacePoint inside = from;
     inside.side = 0;
     geometry::Ray ray = geometry::spawn_ray(inside, d);
     const media::HenyeyGreenstein phase(below.anisotropy);
     Rgb throughput(1.0f);
-    for (uint32_t step = 0; step < most_steps; ++step) {
+    for (uint32_t step = 0; step < max_steps; ++step) {
         const uint32_t number = step * walks_per_bounce + repeat;
         // Draw how far it goes by one channel, and weigh it by all
         const Rgb channels = throughput * below.albedo;
@@ -115,10 +115,10 @@ std::optional<SubsurfaceWalk::Exit> SubsurfaceWalk::walk(const geometry::Surface
         if (!(ray.t_max > 0.0f)) ray.t_max = std::numeric_limits<float>::min();
         float t = 0;
         ++counts.indirect;
-        if (const auto exit = find_exit(body, ray, t)) {
+        if (const auto exit = find_exit(solid, ray, t)) {
             const Rgb passed = exponential(below.sigma_t, t);
             throughput *= passed * (all / sum(channels * passed));
-            return Exit{*exit, exit->ng * body.outside, throughput};
+            return Exit{*exit, exit->ng * solid.outside, throughput};
         }
         const Rgb scattered = exponential(below.sigma_t, ray.t_max) * below.sigma_t;
         throughput *= scattered * below.albedo * (all / sum(channels * scattered));
@@ -133,7 +133,7 @@ std::optional<SubsurfaceWalk::Exit> SubsurfaceWalk::walk(const geometry::Surface
         ray.d = renormalize(
             phase.sample(ray.d, sampler.get_2d(bounce, Purpose::SubsurfaceDirection, number)));
     }
-    ++counts.walks_given_up;
+    ++counts.walks_abandoned;
     return std::nullopt;
 }
 

@@ -3,7 +3,7 @@
 
 #include "geometry/geometry_set.h"
 #include "geometry/surface_point.h"
-#include "integrator/body_trees.h"
+#include "integrator/mesh_accelerators.h"
 #include "integrator/ray_counts.h"
 #include "sampling/sampler.h"
 #include "scene/scene.h"
@@ -26,9 +26,9 @@ class SubsurfaceWalk {
                    const geometry::GeometrySet& geometry,
                    const shading::MaterialEvaluator& materials);
 
-    /// Walks are given up after this many scatterings, which in bodies up to some hundred mean free
+    /// Walks are given up after this many scatterings, which in solids up to some hundred mean free
     /// paths wide hardly any get to.
-    static constexpr uint32_t most_steps = 1u << 16;
+    static constexpr uint32_t max_steps = 1u << 16;
 
     struct Exit {
         geometry::SurfacePoint point;
@@ -51,21 +51,21 @@ class SubsurfaceWalk {
 
   private:
     /// One mesh that is walked in.
-    struct Body {
-        PlacedBody placed;
+    struct Solid {
+        PlacedMesh placed;
         float outside;  ///< 1 or −1: the side of its normals that is outside
-        std::optional<geometry::InstanceTransform> room;
+        std::optional<geometry::InstanceTransform> storage;
         const Mat4d* backward = nullptr;  ///< to the space of the tree; null: the same
     };
 
     /// Where the ray comes out no further away than ray.t_max.
-    std::optional<geometry::SurfacePoint> find_exit(const Body& body,
+    std::optional<geometry::SurfacePoint> find_exit(const Solid& solid,
                                                     const geometry::Ray& ray,
                                                     float& t) const;
 
     const scene::Scene& scene_;
     const geometry::GeometrySet& geometry_;
-    BodyTrees trees_;
+    MeshAccelerators trees_;
 };
 
 }  // namespace velatura::integrator

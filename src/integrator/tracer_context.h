@@ -3,12 +3,12 @@
 
 #include "film/film.h"
 #include "guiding/guiding_field.h"
-#include "integrator/branch_map.h"
 #include "integrator/caustics.h"
 #include "integrator/estimator.h"
 #include "integrator/matte_ids.h"
 #include "integrator/render_options.h"
 #include "integrator/roulette_gains.h"
+#include "integrator/splitting_map.h"
 #include "integrator/world.h"
 #include "sampling/filter.h"
 #include "sampling/sampler.h"
@@ -29,7 +29,7 @@ struct PathTracerOptions {
         nullptr;  ///< learned beforehand, must outlive the tracer; null = none
     /// How many ways a path goes on from its first vertex with lobes that are no delta, at an equal
     /// share each; must outlive the tracer; null = one.
-    const BranchMap* branches = nullptr;
+    const SplittingMap* branches = nullptr;
     const RouletteGains* roulette =
         nullptr;  ///< of Roulette::Efficiency, must outlive the tracer; null = no trial told yet
     const MatteIds* mattes =

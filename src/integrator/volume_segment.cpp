@@ -12,17 +12,17 @@ namespace velatura::integrator {
 using sampling::Purpose;
 
 VolumeSegment::End VolumeSegment::cross(Path& path,
-                                        const BodyMedia::Medium* body,
+                                        const InteriorMedia::Medium* solid,
                                         float t_max,
                                         const char*& why,
                                         film::SampleRadiance& out) const {
     // Its list keeps its memory
     thread_local media::Flight flight;
     const bool is_in_body = world_.materials.has_absorption() && !path.interior.is_empty();
-    media::FreeWay around;
-    if (body) {
+    media::FreePath around;
+    if (solid) {
         scene::count_call(scene::Effect::InteriorMedia);
-        around = body->matter.draw(
+        around = solid->medium.draw(
             path.beta,
             path.sampler.stream(path.bounce, Purpose::InteriorDistance, path.pass_count));
     } else if (is_in_body) {
@@ -54,7 +54,7 @@ VolumeSegment::End VolumeSegment::cross(Path& path,
 
     path.beta *= flight.weight;
     if (!flight.collides()) {
-        if (body && t_max < std::numeric_limits<float>::infinity())
+        if (solid && t_max < std::numeric_limits<float>::infinity())
             path.beta *= around.weight_at(t_max);
         if (!is_black(path.beta)) return End::Through;
         why = "absorbed";
@@ -62,19 +62,19 @@ VolumeSegment::End VolumeSegment::cross(Path& path,
     }
     const Vec3 p = path.ray.o + path.ray.d * flight.t;
     if (path.observer) path.observer->on_volume(path.bounce, p, flight.t, path.beta);
-    // What bodies have inside is nobody's
+    // What solids have inside is nobody's
     if (!ends_in_body && context_.credits_casters(path.bounce))
         attribution_.credit_caster(path, flight.t, world_.scene.casters.volumes, path.beta,
                                    {p, path.ray.d}, out);
     path.cone_width += path.cone_spread * flight.t;
     if (ends_in_body) {
         path.beta *= around.weight_of_collision();
-        why = scatter(path,
-                      {body->matter.phase(), body->matter.albedo(), body->provenance, body->link},
-                      p, out);
+        why = scatter(
+            path, {solid->medium.phase(), solid->medium.albedo(), solid->provenance, solid->link},
+            p, out);
         return why ? End::Ended : End::Scattered;
     }
-    if (body)
+    if (solid)
         path.beta *= around.weight_at(flight.t);
     else if (is_in_body)
         path.beta *= path.interior.transmittance(world_.materials, flight.t);
@@ -86,37 +86,37 @@ VolumeSegment::End VolumeSegment::cross(Path& path,
 }
 
 const char* VolumeSegment::scatter(Path& path,
-                                   const Scatterer& matter,
+                                   const Scatterer& scatterer,
                                    const Vec3& p,
                                    film::SampleRadiance& out) const {
-    if (path.bounce == 0 && !out.has_hit) record_first_collision(context_, matter, p, out);
-    path.beta *= matter.albedo;
+    if (path.bounce == 0 && !out.has_hit) record_first_collision(context_, scatterer, p, out);
+    path.beta *= scatterer.albedo;
     if (is_black(path.beta)) return "absorbed";
     if (path.bounce >= context_.depth_limit) {
         if (context_.depth_limit == hard_depth_limit) ++path.counts->depth_limited;
         return "reached the depth limit";
     }
-    const geometry::SurfacePoint point = matter.point_at(p, path.ray.time);
+    const geometry::SurfacePoint point = scatterer.point_at(p, path.ray.time);
     film::PathLabels* const labels = out.labels();
     if (labels) labels->look(film::EventShares::only(film::PathEvent::Volume));
-    add_direct_light(path, matter, point, out);
+    add_direct_light(path, scatterer, point, out);
     if (context_.options.estimator.specular_chains_only) return "absorbed";
 
     // Go on where the phase function leads
     if (labels) labels->go();
     const Vec3 d = path.ray.d;
-    const Vec3 wi = matter.phase.sample(
+    const Vec3 wi = scatterer.phase.sample(
         d, path.sampler.get_2d(path.bounce, Purpose::VolumeDirection, path.pass_count));
     const float time = path.ray.time;
     path.ray = {p, wi};
     path.ray.time = time;
     path.straight_o = p;
-    path.travelled = 0;
+    path.traveled = 0;
     path.line_hit_count = Path::unknown_hits;
     path.is_certain = false;
-    path.onlooker = lights::Onlooker::Scattering;
-    path.receiver = matter.receiver_at(p);
-    path.scatter_pdf = matter.phase.pdf(d, wi);
+    path.emission_receiver = lights::EmissionReceiver::Scattering;
+    path.receiver = scatterer.receiver_at(p);
+    path.scatter_pdf = scatterer.phase.pdf(d, wi);
     // Lobes of the light's multipliers: what scatters everywhere is the diffuse one
     path.diffuse_share = Rgb(1.0f);
     path.importance = 0;
@@ -126,22 +126,22 @@ const char* VolumeSegment::scatter(Path& path,
     ++path.bounce;
     path.pass_count = 0;
     if (is_first && context_.has_unoccluded) hits_.add_unoccluded(path, out);
-    if (world_.has_own_shadows) hits_.add_beyond(path, point, out);
+    if (world_.has_custom_shadows) hits_.add_beyond(path, point, out);
     if (!survives_roulette(context_, path)) return "ended by roulette";
     ++path.counts->indirect;
     return nullptr;
 }
 
 void VolumeSegment::add_direct_light(Path& path,
-                                     const Scatterer& matter,
+                                     const Scatterer& scatterer,
                                      const geometry::SurfacePoint& point,
                                      film::SampleRadiance& out) const {
     if (world_.selector->is_empty()) return;
     direct_.for_each_sample(
-        path, point, matter.receiver_at(point.p), [&](const DirectLight::ChosenLight& chosen) {
+        path, point, scatterer.receiver_at(point.p), [&](const DirectLight::ChosenLight& chosen) {
             const lights::LightSample& light = chosen.light;
             // Weigh it against finding the same light by going on
-            const float phase_pdf = matter.phase.pdf(path.ray.d, light.wi);
+            const float phase_pdf = scatterer.phase.pdf(path.ray.d, light.wi);
             float f = phase_pdf;
             if (world_.has_lobe_multipliers) {
                 scene::count_call(scene::Effect::LobeMultipliers);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "integrator/body_media.h"
 #include "integrator/direct_light.h"
+#include "integrator/interior_media.h"
 #include "integrator/light_hits.h"
 #include "integrator/shadow_attribution.h"
 
@@ -10,7 +10,7 @@
 
 namespace velatura::integrator {
 
-/// A path's segment through participating media: volumes, and what fills bodies
+/// A path's segment through participating media: volumes, and what fills solids
 /// (docs/reference/volumes.md).
 class VolumeSegment {
   public:
@@ -28,10 +28,10 @@ class VolumeSegment {
     enum class End : uint8_t { Through, Scattered, Ended };
 
     /// Adds what volumes and lights give along the segment, and lets the path scatter if it
-    /// collides before t_max. body: what scatters in the body that the path is in, or null. why: it
-    /// ended, if it did.
+    /// collides before t_max. solid: what scatters in the solid that the path is in, or null. why:
+    /// it ended, if it did.
     End cross(Path& path,
-              const BodyMedia::Medium* body,
+              const InteriorMedia::Medium* solid,
               float t_max,
               const char*& why,
               film::SampleRadiance& out) const;
@@ -39,11 +39,11 @@ class VolumeSegment {
   private:
     /// Returns: why the path ends there, or null.
     const char* scatter(Path& path,
-                        const Scatterer& matter,
+                        const Scatterer& scatterer,
                         const Vec3& p,
                         film::SampleRadiance& out) const;
     void add_direct_light(Path& path,
-                          const Scatterer& matter,
+                          const Scatterer& scatterer,
                           const geometry::SurfacePoint& point,
                           film::SampleRadiance& out) const;
 

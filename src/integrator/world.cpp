@@ -124,9 +124,9 @@ std::unique_ptr<lights::LightSelector> make_selector(const lights::LightSet& lig
 }
 
 /// Surfaces that the camera's surroundings are searched through.
-constexpr int most_surfaces = 1024;
+constexpr int max_surfaces = 1024;
 
-/// Bodies that a ray from the camera leaves without having entered them, the innermost first.
+/// Solids that a ray from the camera leaves without having entered them, the innermost first.
 std::vector<scene::MaterialId> bodies_left(const World& world,
                                            const Vec3& o,
                                            const Vec3& d,
@@ -134,7 +134,7 @@ std::vector<scene::MaterialId> bodies_left(const World& world,
     std::vector<scene::MaterialId> left, entered;
     geometry::Ray ray{o, d};
     ray.time = time;
-    for (int i = 0; i < most_surfaces; ++i) {
+    for (int i = 0; i < max_surfaces; ++i) {
         const geometry::Hit hit = world.accelerator->intersect(ray);
         if (!hit.is_valid()) break;
         const geometry::SurfacePoint point =
@@ -148,10 +148,10 @@ std::vector<scene::MaterialId> bodies_left(const World& world,
             else
                 left.push_back(face.material);
         };
-        const bool is_body = world.materials.bounds_body(point.material);
+        const bool is_body = world.materials.bounds_solid(point.material);
         if (is_body && world.nested) {
             for (const geometry::SurfacePoint& face : world.nested->faces_at(point)) pass(face);
-            ray = geometry::spawn_ray(NestedBodies::clear_of_faces(point), d);
+            ray = geometry::spawn_ray(NestedDielectrics::clear_of_faces(point), d);
             ray.time = time;
             continue;
         }
@@ -174,14 +174,14 @@ void for_each_placed_shape(const scene::Scene& scene, const Visit& visit) {
     }
 }
 
-std::vector<OwnShadowSurfaces> list_own_shadow_surfaces(const scene::Scene& scene) {
-    std::vector<OwnShadowSurfaces> all;
+std::vector<CustomShadowSurfaces> list_own_shadow_surfaces(const scene::Scene& scene) {
+    std::vector<CustomShadowSurfaces> all;
     for (const scene::MeshLight& light : scene.mesh_lights) {
-        if (!light.links.has_own_shadows() ||
+        if (!light.links.has_custom_shadows() ||
             std::any_of(all.begin(), all.end(),
                         [&](const auto& known) { return known.is_of(light.links); }))
             continue;
-        OwnShadowSurfaces surfaces{light.links, std::nullopt};
+        CustomShadowSurfaces surfaces{light.links, std::nullopt};
         surfaces.links.lit = scene::none;
         if (const scene::LinkSet* casters = scene::find_link_set(scene, light.links.casters))
             surfaces.met = *casters;
@@ -191,7 +191,7 @@ std::vector<OwnShadowSurfaces> list_own_shadow_surfaces(const scene::Scene& scen
     for_each_placed_shape(
         scene, [&](scene::LinkClass c, const scene::Shape& shape, const scene::Instance*) {
             if (shape.light == scene::none) return;
-            for (OwnShadowSurfaces& surfaces : all)
+            for (CustomShadowSurfaces& surfaces : all)
                 if (surfaces.met && surfaces.is_of(scene.mesh_lights[shape.light].links))
                     surfaces.met->add(c);
         });
@@ -247,7 +247,7 @@ World::World(const scene::Scene& s,
       options_(options),
       load_image_(load_image) {
     warn_of_duplicates(s, accelerator->stats().duplicates, diagnostics);
-    make_bodies();
+    make_dielectrics();
     set_facts();
 }
 
@@ -270,19 +270,21 @@ void World::update(const WorldChange& change, int width, int height, Diagnostics
         lights = make_lights(scene, options_, load_image_, geometry, materials, diagnostics);
         selector = make_selector(lights, *accelerator, volumes.get(), options_);
     }
-    if (change.geometry || change.placement || change.materials) make_bodies();
+    if (change.geometry || change.placement || change.materials) make_dielectrics();
     if (change.camera) camera = camera::CameraModel(scene.camera, width, height);
     set_facts();
 }
 
-/// What is inside of bodies, and the trees that tell.
-void World::make_bodies() {
-    body_media = materials.has_interior_media() ? std::make_unique<BodyMedia>(scene) : nullptr;
+/// What is inside of solids, and the trees that tell.
+void World::make_dielectrics() {
+    interior_media =
+        materials.has_interior_media() ? std::make_unique<InteriorMedia>(scene) : nullptr;
     subsurface = materials.has_subsurface()
                      ? std::make_unique<SubsurfaceWalk>(scene, geometry, materials)
                      : nullptr;
-    nested = materials.has_priorities() ? std::make_unique<NestedBodies>(scene, geometry, materials)
-                                        : nullptr;
+    nested = materials.has_priorities()
+                 ? std::make_unique<NestedDielectrics>(scene, geometry, materials)
+                 : nullptr;
 }
 
 /// What follows from the other parts at the cost of a look.
@@ -294,15 +296,15 @@ void World::set_facts() {
     chooses_lights = !selector->is_single() || is_forced(scene::Effect::LightSelection);
     has_very_many_lights = lights::wants_fine_numbers(lights);
     has_light_links = lights.has_light_links() || is_forced(scene::Effect::LightLinking);
-    has_own_shadows = lights.has_own_shadows();
-    own_shadow_surfaces = list_own_shadow_surfaces(scene);
+    has_custom_shadows = lights.has_custom_shadows();
+    custom_shadow_surfaces = list_own_shadow_surfaces(scene);
     has_lobe_multipliers =
         is_forced(scene::Effect::LobeMultipliers) ||
         std::any_of(scene.lights.begin(), scene.lights.end(), has_multiplier<scene::Light>) ||
         std::any_of(scene.mesh_lights.begin(), scene.mesh_lights.end(),
                     has_multiplier<scene::MeshLight>);
     caster_materials.clear();
-    if (materials.has_absorption() && has_own_shadows)
+    if (materials.has_absorption() && has_custom_shadows)
         caster_materials = list_caster_materials(scene);
     interior_changes = materials.has_absorption() && (geometry.has_motion() || camera.has_motion());
     camera_interior = Interior();
@@ -316,20 +318,20 @@ void World::set_facts() {
 }
 
 Interior World::interior_at(const Vec3& p, float time) const {
-    // Closed bodies are left in whatever direction, open sheets only in some: any three that models
+    // Closed solids are left in whatever direction, open sheets only in some: any three that models
     // seldom have
     const Vec3 directions[] = {normalize(Vec3(0.31f, 0.87f, -0.39f)),
                                normalize(Vec3(-0.72f, -0.23f, -0.65f)),
                                normalize(Vec3(0.43f, -0.57f, 0.70f))};
-    std::vector<scene::MaterialId> bodies = bodies_left(*this, p, directions[0], time);
+    std::vector<scene::MaterialId> solids = bodies_left(*this, p, directions[0], time);
     for (int i = 1; i < 3; ++i) {
         const std::vector<scene::MaterialId> others = bodies_left(*this, p, directions[i], time);
-        std::erase_if(bodies, [&](scene::MaterialId m) {
+        std::erase_if(solids, [&](scene::MaterialId m) {
             return std::find(others.begin(), others.end(), m) == others.end();
         });
     }
     Interior interior;
-    for (auto m = bodies.rbegin(); m != bodies.rend(); ++m) interior.enter(materials, *m);
+    for (auto m = solids.rbegin(); m != solids.rend(); ++m) interior.enter(materials, *m);
     return interior;
 }
 

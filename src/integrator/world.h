@@ -9,9 +9,9 @@
 #include "geometry/geometry_set.h"
 #include "geometry/refinement.h"
 #include "geometry/subdivider.h"
-#include "integrator/body_media.h"
 #include "integrator/interior.h"
-#include "integrator/nested_bodies.h"
+#include "integrator/interior_media.h"
+#include "integrator/nested_dielectrics.h"
 #include "integrator/subsurface_walk.h"
 #include "lights/light_selector.h"
 #include "lights/light_set.h"
@@ -26,7 +26,7 @@
 namespace velatura::integrator {
 
 struct WorldOptions {
-    int width = 0, height = 0;  ///< whole picture, pixels
+    int width = 0, height = 0;  ///< whole image, pixels
     lights::SelectionKind light_selection = lights::SelectionKind::Tree;
     const accel::AcceleratorFactory* accelerator = nullptr;  ///< nullptr = the own BVH
     std::optional<accel::BvhQuality> bvh_quality =
@@ -59,13 +59,13 @@ struct WorldChange {
     bool placement = false;  ///< of instances, whose number is the same
     bool materials = false;  ///< whose textures are the same; displaced meshes are `geometry`
     bool lights = false;
-    bool camera = false;  ///< or the size of the picture; meshes stay as fine as they are
+    bool camera = false;  ///< or the size of the image; meshes stay as fine as they are
 
     bool is_any() const { return geometry || placement || materials || lights || camera; }
 };
 
 /// Geometry that is light, with the same shadows of its own.
-struct OwnShadowSurfaces {
+struct CustomShadowSurfaces {
     scene::LightLinks links;            ///< `lit` has no meaning
     std::optional<scene::LinkSet> met;  ///< they and their casters; none = everything
 
@@ -91,7 +91,7 @@ struct World {
     void update(const WorldChange& change, int width, int height, Diagnostics& diagnostics);
 
     /// Whether some light has links of whatever kind.
-    bool has_links() const { return has_light_links || has_own_shadows; }
+    bool has_links() const { return has_light_links || has_custom_shadows; }
 
     /// Whether anything of the material is in the set.
     bool casts(scene::LinkSetId set, scene::MaterialId material) const {
@@ -118,22 +118,22 @@ struct World {
 
     std::unique_ptr<const SubsurfaceWalk>
         subsurface;  ///< of scenes in which light scatters below surfaces
-    std::unique_ptr<const BodyMedia>
-        body_media;  ///< of scenes with MaterialEvaluator::has_interior_media() alone
-    std::unique_ptr<const NestedBodies> nested;  ///< of scenes with priorities alone
-    bool interior_changes = false;  ///< camera_interior depends on the time, and is not kept
-    Interior camera_interior;       ///< what the camera is inside of; only looked for where
-                                    ///< MaterialEvaluator::has_absorption()
-    bool has_light_links = false;   ///< some light shines on a part of the geometry only
-    bool has_own_shadows = false;   ///< of some light, see scene::LightLinks
-    std::vector<OwnShadowSurfaces> own_shadow_surfaces;
+    std::unique_ptr<const InteriorMedia>
+        interior_media;  ///< of scenes with MaterialEvaluator::has_interior_media() alone
+    std::unique_ptr<const NestedDielectrics> nested;  ///< of scenes with priorities alone
+    bool interior_changes = false;    ///< camera_interior depends on the time, and is not kept
+    Interior camera_interior;         ///< what the camera is inside of; only looked for where
+                                      ///< MaterialEvaluator::has_absorption()
+    bool has_light_links = false;     ///< some light shines on a part of the geometry only
+    bool has_custom_shadows = false;  ///< of some light, see scene::LightLinks
+    std::vector<CustomShadowSurfaces> custom_shadow_surfaces;
     bool has_lobe_multipliers =
         false;  ///< some light has a diffuse or specular multiplier other than 1
     std::vector<std::vector<bool>>
         caster_materials;  ///< [set][material]; only where something absorbs
 
   private:
-    void make_bodies();
+    void make_dielectrics();
     void set_facts();
 
     WorldOptions options_;

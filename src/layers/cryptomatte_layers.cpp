@@ -25,7 +25,7 @@ constexpr std::array<const char*, 4> words = {"kind", "id", "w0", "w1"};
 constexpr std::string_view slot_prefix = "sums_matte";
 /// Larger than that of any filter: what it divides by is its mean, and no more than a few tenths of
 /// it are negative.
-constexpr double most_filter_weight = 16;
+constexpr double max_filter_weight = 16;
 
 std::string slot_name(size_t slot, size_t word) {
     return fmt::format("{}{}.{}", slot_prefix, slot, words[word]);
@@ -99,7 +99,7 @@ void store_pixel(const std::vector<accumulate::MatteWeight>& list,
     for (size_t rank = 0; rank < list.size(); ++rank) {
         const double coverage = double(list[rank].weight) * accumulate::MatteWeight::unit / weight;
         const uint32_t id = list[rank].id;
-        // Any three bytes of a hash are a colour to tell things apart by
+        // Any three bytes of a hash are a color to tell things apart by
         for (size_t c = 0; c < 3; ++c)
             preview[c] += coverage * double(id >> (8 * c) & 255u) / 255.0;
         if (rank >= size_t(levels)) continue;
@@ -204,7 +204,7 @@ Result<void> read_matte_sums(const image::Image& image, accumulate::SampleSums& 
             // So that no sum of all samples that a file can number overflows
             std::array<int64_t, accumulate::matte_kinds.size()> left{};
             left.fill(int64_t(record.end - record.first) *
-                      accumulate::matte_weight(most_filter_weight));
+                      accumulate::matte_weight(max_filter_weight));
             list.clear();
             for (const auto& slot : *slots) {
                 const auto weight =

@@ -2,7 +2,7 @@
 #include "layers/data_layers.h"
 
 #include "accumulate/pixel_means.h"
-#include "statistics/picture_change.h"
+#include "statistics/image_change.h"
 
 #include <algorithm>
 #include <initializer_list>
@@ -106,7 +106,7 @@ image::Part data_part(const accumulate::SampleSums& sums,
             const accumulate::Triple coverage =
                 sums.total(x, y, accumulate::AccumulatorTable::coverage);
             const double all = accumulate::weight_of(coverage);
-            // Colour and normal blend with nothing at silhouettes; positions are means over what
+            // Color and normal blend with nothing at silhouettes; positions are means over what
             // was hit
             const double hit = accumulate::weight_of(sums.total(x, y, table.hits()));
             set_triple(albedo, i, sums.total(x, y, table.albedo()), all);

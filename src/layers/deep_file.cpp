@@ -34,7 +34,7 @@ constexpr std::array<DeepChannel, 6> deep_channels = {{{"Z", &DeepSample::z},
                                                        {"G", &DeepSample::g},
                                                        {"B", &DeepSample::b}}};
 
-constexpr uint64_t most_samples = uint64_t(1) << 32;
+constexpr uint64_t max_samples = uint64_t(1) << 32;
 
 /// One row of pixels for OpenEXR, which wants a pointer per pixel and channel.
 class Row {
@@ -119,8 +119,8 @@ Result<DeepImage> read_rows(const std::string& path) {
     if (header.type() != Imf::DEEPSCANLINE) return error("it has no deep scanlines");
     for (const DeepChannel& c : deep_channels) {
         const Imf::Channel* channel = header.channels().findChannel(c.name);
-        const bool may_be_missing = std::string_view(c.name) == "ZBack";
-        if (channel ? channel->type != Imf::FLOAT : !may_be_missing)
+        const bool can_be_missing = std::string_view(c.name) == "ZBack";
+        if (channel ? channel->type != Imf::FLOAT : !can_be_missing)
             return error("it has no float channels Z A R G B");
     }
     const uint64_t file_bytes = std::filesystem::file_size(path);
@@ -128,7 +128,7 @@ Result<DeepImage> read_rows(const std::string& path) {
         return error(fmt::format("{} bytes cannot hold its pixels", file_bytes));
     };
     // Before OpenEXR makes room for them
-    if (header.dataWindow().isEmpty() || image::least_bytes_of(header) > file_bytes)
+    if (header.dataWindow().isEmpty() || image::min_bytes_of(header) > file_bytes)
         return too_much();
     Imf::DeepScanLineInputPart file(whole, 0);
     DeepImage image;
@@ -143,9 +143,9 @@ Result<DeepImage> read_rows(const std::string& path) {
         file.readPixelSampleCounts(y);
         image.counts.insert(image.counts.end(), row.counts(), row.counts() + image.data.width());
         const size_t count = row.sample_count();
-        if (image.samples.size() + count > most_samples) return error("it has too many samples");
+        if (image.samples.size() + count > max_samples) return error("it has too many samples");
         // Z A R G B, at the least
-        if ((image.samples.size() + count) * 5 * sizeof(float) / image::most_expansion(header) >
+        if ((image.samples.size() + count) * 5 * sizeof(float) / image::max_expansion(header) >
             file_bytes)
             return too_much();
         samples.assign(count + 1, DeepSample{});

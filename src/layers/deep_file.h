@@ -20,7 +20,7 @@ struct DeepSample {
     bool operator==(const DeepSample&) const = default;
 };
 
-/// A deep picture: pixel after pixel, row 0 = top, each pixel's samples from front to back.
+/// A deep image: pixel after pixel, row 0 = top, each pixel's samples from front to back.
 struct DeepImage {
     image::Window data, display;
     float pixel_aspect_ratio = 1.0f;

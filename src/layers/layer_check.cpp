@@ -71,7 +71,7 @@ void Checker::check_presence() {
     for (const accumulate::LayerEntry& e : header_.layers) {
         const bool is_stored = channels_.count(e.name) != 0;
         if (is_stored == e.is_empty) {
-            problem(fmt::format("layer {} is {} but the header says {}", e.name,
+            problem(fmt::format("layer {} is {} but {} in the header", e.name,
                                 is_stored ? "stored" : "missing", e.is_empty ? "empty" : "stored"));
         }
         if (is_stored) ++result_.layers;

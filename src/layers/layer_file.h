@@ -19,19 +19,19 @@ namespace velatura::layers {
 
 enum class Layout : uint8_t { MultiPart, SinglePart, Split };
 
-/// One sample that was left out of the picture.
+/// One sample that was left out of the image.
 struct BadSample {
     int x = 0, y = 0;
     uint64_t sample = 0;
     std::string reason;
 };
 
-/// By MatteKind: names of what there is, whether the picture shows it or not; in any order.
+/// By MatteKind: names of what there is, whether the image shows it or not; in any order.
 using MatteNames = std::array<std::vector<std::string>, accumulate::matte_kinds.size()>;
 
 /// What a file of light layers says beside its pixels. No absolute paths, no times.
 struct FileInfo {
-    image::Window display;  ///< the whole picture; empty = the data window
+    image::Window display;  ///< the whole image; empty = the data window
     Layout layout = Layout::MultiPart;
     image::Compression compression = image::Compression::Zip;
     bool store_sums =

@@ -47,7 +47,7 @@ class Resolver {
     bool store_layer(image::Part& part,
                      accumulate::LayerEntry entry,
                      Planes planes,
-                     bool may_be_left_out,
+                     bool can_be_omitted,
                      bool as_float = false);
     image::ChannelType stored_type(const Extent& extent, bool as_float) const;
     void store_beauty_aliases();
@@ -126,13 +126,13 @@ image::ChannelType Resolver::stored_type(const Extent& extent, bool as_float) co
 bool Resolver::store_layer(image::Part& part,
                            accumulate::LayerEntry entry,
                            Planes planes,
-                           bool may_be_left_out,
+                           bool can_be_omitted,
                            bool as_float) {
     const Extent extent = extent_of(planes);
     if (!extent.is_finite)
         fail(extent.bad_pixel, fmt::format("layer {} is not finite", entry.name));
     entry.part = part.name;
-    entry.is_empty = may_be_left_out && extent.largest == 0.0f && extent.is_finite;
+    entry.is_empty = can_be_omitted && extent.largest == 0.0f && extent.is_finite;
     entry.type = set_.float_layers || as_float ? "float" : "half";
     const bool is_stored = !entry.is_empty;
     if (is_stored) {
@@ -239,7 +239,7 @@ void Resolver::store_family(const std::string& family,
         Planes whole = s.is_clamped ? mean_without_clamps(s) : Planes();
         const bool overflows = !(extent_of(whole).largest <= largest_half);
         const bool is_stored =
-            store_layer(part, s.entry, mean_of(s, Selection::All), s.may_be_left_out, overflows);
+            store_layer(part, s.entry, mean_of(s, Selection::All), s.can_be_omitted, overflows);
         if (!is_stored) continue;
         closure.order.push_back(s.entry.name);
         if (s.is_clamped) store_clamp(s, std::move(whole), part);
@@ -287,7 +287,7 @@ void Resolver::store_casters() {
         for (auto& plane : fold) plane.assign(window_.pixel_count(), 0.0f);
         for (accumulate::LayerSource& s : accumulate::caster_sources(set_, table_, g)) {
             s.entry.family = casters.name;
-            if (!store_layer(casters, s.entry, mean_of(s, Selection::All), s.may_be_left_out))
+            if (!store_layer(casters, s.entry, mean_of(s, Selection::All), s.can_be_omitted))
                 continue;
             for (size_t c = 0; c < 3; ++c) {
                 const image::Channel& channel = casters.channels[casters.channels.size() - 3 + c];
@@ -297,7 +297,7 @@ void Resolver::store_casters() {
         }
         accumulate::LayerSource& s = all[size_t(g)];
         s.entry.family = shadows.name;
-        store_layer(shadows, s.entry, std::move(fold), s.may_be_left_out, true);
+        store_layer(shadows, s.entry, std::move(fold), s.can_be_omitted, true);
     }
     store_halves(shadows, all);
     store_halves(casters, every_caster);
@@ -320,16 +320,16 @@ void Resolver::store_clamp(const accumulate::LayerSource& source,
     });
     if (!is_touched) return;
     // Rounded as a render without clamps would store it
-    image::Part room;
+    image::Part scratch;
     const image::ChannelType type = stored_type(extent_of(whole_planes), false);
-    store_channels(room, source.entry.name, std::move(whole_planes), type);
+    store_channels(scratch, source.entry.name, std::move(whole_planes), type);
     Planes taken;
     for (size_t c = 0; c < 3; ++c) {
         image::Channel& kept = part.channels[part.channels.size() - 3 + c];
         auto* const floats = std::get_if<std::vector<float>>(&kept.data);
         taken[c].resize(window_.pixel_count());
         for (size_t i = 0; i < taken[c].size(); ++i) {
-            const CutValue value = undoable_cut(room.channels[c].value(i), kept.value(i));
+            const ClampedValue value = undoable_cut(scratch.channels[c].value(i), kept.value(i));
             taken[c][i] = value.taken;
             if (floats) (*floats)[i] = value.cut;
         }
@@ -389,7 +389,7 @@ ResolvedLayers Resolver::run() {
 
 }  // namespace
 
-CutValue undoable_cut(float whole, float cut) {
+ClampedValue undoable_cut(float whole, float cut) {
     const float taken = whole - cut;
     if (cut + taken == whole) return {cut, taken};
     // The difference was rounded, so that it is more than half of the whole: this one is not

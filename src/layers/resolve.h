@@ -33,13 +33,13 @@ struct ResolvedLayers {
 };
 
 /// A value that a clamp cut, and what that took.
-struct CutValue {
+struct ClampedValue {
     float cut = 0, taken = 0;  ///< their sum in float is the whole value
 };
 
 /// whole >= cut >= 0, finite. The cut value moves by half a rounding of the whole one where no
 /// float would else make up the difference; it stays if both are halves.
-CutValue undoable_cut(float whole, float cut);
+ClampedValue undoable_cut(float whole, float cut);
 
 ResolvedLayers resolve_layers(const accumulate::SampleSums& sums);
 

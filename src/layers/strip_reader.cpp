@@ -28,7 +28,7 @@ constexpr size_t chunk_copies = 3;
 constexpr size_t max_open_files = 256;
 
 /// A data window may be so many times larger than the pixels that are stored.
-constexpr int64_t most_empty_space = 16, most_pixels = int64_t(1) << 30;
+constexpr int64_t max_empty_space = 16, max_pixels = int64_t(1) << 30;
 
 size_t value_bytes(image::ChannelType type) {
     return type == image::ChannelType::Half ? 2 : 4;
@@ -108,7 +108,7 @@ struct ReadPlan {
 /// The readers of a worker: one for each file, as long as there are not too many of them.
 class OpenFiles {
   public:
-    OpenFiles(const std::vector<SourceFile>& files, size_t most) : files_(files), most_(most) {}
+    OpenFiles(const std::vector<SourceFile>& files, size_t max) : files_(files), max_(max) {}
 
     Result<image::ExrReader*> reader(size_t file) {
         for (Open& open : open_)
@@ -116,7 +116,7 @@ class OpenFiles {
         auto reader = files_[file].open(image::ExrReader::Chunks::One);
         if (!reader) return reader.error();
         // The others are asked for again with the next strip, as this one is: any will do
-        if (open_.size() == most_) open_.pop_back();
+        if (open_.size() == max_) open_.pop_back();
         open_.push_back({file, std::move(*reader)});
         return &open_.back().reader;
     }
@@ -128,7 +128,7 @@ class OpenFiles {
     };
 
     const std::vector<SourceFile>& files_;
-    size_t most_;
+    size_t max_;
     std::vector<Open> open_;
 };
 
@@ -140,7 +140,7 @@ int64_t area_of(const image::Window& w) {
     return (int64_t(w.x1) - w.x0) * (int64_t(w.y1) - w.y0);
 }
 
-/// A channel of a part's window over that of the picture.
+/// A channel of a part's window over that of the image.
 template <class T>
 std::vector<T> placed(const std::vector<T>& values,
                       const image::Window& own,
@@ -206,7 +206,7 @@ struct StripReader::Impl {
                           const std::string& part_name,
                           SplitChannels* channels);
     void unite_windows();
-    ReadPlan plan(std::span<const ChannelPlace> channels, size_t memory_bytes) const;
+    ReadPlan plan(std::span<const ChannelRef> channels, size_t memory_bytes) const;
     Result<void> read_strip(const ReadPlan& plan,
                             OpenFiles& open_files,
                             std::byte* buffer,
@@ -296,7 +296,7 @@ void StripReader::Impl::unite_windows() {
         // In 64 bits: the sides of a window may be far apart
         const bool is_near = int64_t(both.x1) - both.x0 <= INT32_MAX / 2 &&
                              int64_t(both.y1) - both.y0 <= INT32_MAX / 2 &&
-                             area_of(both) <= std::min(most_empty_space * stored, most_pixels);
+                             area_of(both) <= std::min(max_empty_space * stored, max_pixels);
         // Exact sums belong to the pixels of the beauty, each to its own
         const auto& channels = description.parts[p].channels;
         const bool has_sums =
@@ -311,8 +311,7 @@ void StripReader::Impl::unite_windows() {
     }
 }
 
-ReadPlan StripReader::Impl::plan(std::span<const ChannelPlace> channels,
-                                 size_t memory_bytes) const {
+ReadPlan StripReader::Impl::plan(std::span<const ChannelRef> channels, size_t memory_bytes) const {
     ReadPlan plan;
     const auto width = size_t(description.data.width());
     for (size_t i = 0; i < channels.size(); ++i) {
@@ -417,7 +416,7 @@ size_t StripReader::file_of(size_t part) const {
     return impl_->sources[part].input;
 }
 
-Result<void> StripReader::read(std::span<const ChannelPlace> channels,
+Result<void> StripReader::read(std::span<const ChannelRef> channels,
                                const std::function<void(const Strip&)>& body,
                                size_t memory_bytes) const {
     const ReadPlan plan = impl_->plan(channels, memory_bytes);
@@ -472,7 +471,7 @@ Result<image::Image> StripReader::read_all() const {
 }
 
 void for_each_strip(const image::Image& image,
-                    std::span<const ChannelPlace> channels,
+                    std::span<const ChannelRef> channels,
                     const std::function<void(const Strip&)>& body) {
     constexpr int rows = 16;
     const image::Window& window = image.data;
@@ -481,7 +480,7 @@ void for_each_strip(const image::Image& image,
         Strip strip;
         strip.y0 = window.y0 + int(s) * rows;
         strip.y1 = std::min(strip.y0 + rows, window.y1);
-        for (const ChannelPlace& place : channels) {
+        for (const ChannelRef& place : channels) {
             const image::Channel& c = image.parts[place.part].channels[place.channel];
             const size_t skipped = s * rows * width * value_bytes(c.type());
             strip.channels.push_back(

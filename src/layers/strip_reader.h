@@ -14,10 +14,10 @@
 namespace velatura::layers {
 
 /// A channel of an image by its place.
-struct ChannelPlace {
+struct ChannelRef {
     size_t part = 0, channel = 0;
 
-    bool operator==(const ChannelPlace&) const = default;
+    bool operator==(const ChannelRef&) const = default;
 };
 
 /// Values of a channel over some rows: [rows][width of the data window].
@@ -38,7 +38,7 @@ class StripReader {
   public:
     /// Errors: "io-open", "io-read".
     static Result<StripReader> open(const std::string& path);
-    /// Several files as parts of one picture. Attributes are those of the first, without ours; what
+    /// Several files as parts of one image. Attributes are those of the first, without ours; what
     /// the others say stands with the first part of each. Errors: also "files-differ" (other
     /// display windows or pixel aspects).
     static Result<StripReader> open_together(std::span<const std::string> paths);
@@ -51,7 +51,7 @@ class StripReader {
     const image::Image& description() const;
 
     /// Names of the parts that were left out and have no channels here: exact sums over other
-    /// pixels than the first part's, and parts so far off that the picture would be many times
+    /// pixels than the first part's, and parts so far off that the image would be many times
     /// larger than what is stored.
     const std::vector<std::string>& foreign_parts() const;
 
@@ -64,11 +64,11 @@ class StripReader {
     /// Calls body for all strips of the data window, in any order and from several threads at once;
     /// a strip is gone after its call. `channels` names each once. Readers take at most
     /// `memory_bytes` together, or what one of them needs where that is more. Errors: "io-read".
-    Result<void> read(std::span<const ChannelPlace> channels,
+    Result<void> read(std::span<const ChannelRef> channels,
                       const std::function<void(const Strip&)>& body,
                       size_t memory_bytes = size_t(1) << 30) const;
 
-    /// The whole picture. Errors: "io-read".
+    /// The whole image. Errors: "io-read".
     Result<image::Image> read_all() const;
 
   private:
@@ -79,7 +79,7 @@ class StripReader {
 
 /// The same strips of an image in memory.
 void for_each_strip(const image::Image& image,
-                    std::span<const ChannelPlace> channels,
+                    std::span<const ChannelRef> channels,
                     const std::function<void(const Strip&)>& body);
 
 }  // namespace velatura::layers

@@ -28,7 +28,7 @@ constexpr std::array<const char*, 6> record_names = {
 constexpr const char* rate_name = "sums_rate";
 constexpr std::array<const char*, 3> earlier_names = {"sums_earlierR", "sums_earlierG",
                                                       "sums_earlierB"};
-constexpr size_t most_nodes = 64;  // of a range of 32-bit numbers
+constexpr size_t node_limit = 64;  // of a range of 32-bit numbers
 
 std::string channel_name(size_t node, uint32_t accumulator, size_t word) {
     return fmt::format("sums{}_{}.{}", node, accumulator, word_names[word]);
@@ -145,7 +145,7 @@ struct StoredSums {
         if (!number(node, '_') || !number(accumulator, '.')) return false;
         const auto word =
             std::find(word_names.begin(), word_names.end(), std::string_view(at, end));
-        if (node >= most_nodes || accumulator >= accumulators || word == word_names.end())
+        if (node >= node_limit || accumulator >= accumulators || word == word_names.end())
             return false;
         StoredNodes& of = nodes[accumulator];
         if (of.size() <= node) of.resize(node + 1);

@@ -26,8 +26,8 @@ namespace fs = std::filesystem;
 constexpr const char* schema = "velatura.topup/1";
 constexpr const char* priority_name = "priority";
 constexpr const char* present_name = "present";
-constexpr int tile_size = 4;                  // pixels that share a factor of proportion
-constexpr double most_samples = 0xffffffffu;  // what the map's counts have room for
+constexpr int tile_size = 4;                 // pixels that share a factor of proportion
+constexpr double max_samples = 0xffffffffu;  // what the map's counts have room for
 
 /// A pixel's count as the factor of proportion grows: what is there, then powers of two. The factor
 /// is 2^(step / steps_per_octave).
@@ -79,7 +79,7 @@ class Ladder {
     double log_ = 0;
 };
 
-/// What the whole picture has gained at each step.
+/// What the whole image has gained at each step.
 std::vector<double> totals_of(const std::vector<Ladder>& ladders) {
     std::vector<double> totals(size_t(Ladder::steps), 0.0);
     for (const Ladder& ladder : ladders) ladder.add_gains(totals);
@@ -106,8 +106,8 @@ std::vector<uint64_t> place_samples(const image::Window& window,
     const size_t pixels = window.pixel_count();
     VELATURA_CHECK(priority.size() == pixels && present.size() == pixels, "one value per pixel");
     // Neither what is no number nor what no request may ask for has a power of two
-    mean = mean > 0.0 ? std::min(mean, most_samples) : 0.0;
-    // No pixel gets more than 16 times the mean: few neighbours tell how noisy it is
+    mean = mean > 0.0 ? std::min(mean, max_samples) : 0.0;
+    // No pixel gets more than 16 times the mean: few neighbors tell how noisy it is
     const int highest = std::clamp(int(std::floor(std::log2(std::max(mean, 1.0)))) + 4, 4, 31);
     std::vector<Ladder> ladders;
     ladders.reserve(pixels);
@@ -138,15 +138,15 @@ std::vector<uint64_t> place_samples(const image::Window& window,
             }
             return sum;
         };
-        double most = mean * far_pixels - there;
+        double max = mean * far_pixels - there;
         for (int y = near.y0; y < near.y1; ++y) {
-            for (int x = near.x0; x < near.x1; ++x) most += double(present[window.index(x, y)]);
+            for (int x = near.x0; x < near.x1; ++x) max += double(present[window.index(x, y)]);
         }
         int below = -1,
             above = Ladder::steps;  // the last step that is not too far, and the first one that is
         while (above - below > 1) {
             const int middle = (above + below) / 2;
-            (gain(middle) <= most ? below : above) = middle;
+            (gain(middle) <= max ? below : above) = middle;
         }
         for (int y = tile.y0; y < tile.y1; ++y) {
             for (int x = tile.x0; x < tile.x1; ++x) {
@@ -164,8 +164,8 @@ std::vector<uint64_t> place_samples(const image::Window& window,
 
 Result<void> write_top_up(const std::string& path, const TopUpRequest& request) {
     const bool has_room = std::all_of(request.present.begin(), request.present.end(),
-                                      [](uint64_t n) { return double(n) <= most_samples; });
-    if (!has_room || !(request.samples >= 0.0 && request.samples <= most_samples))
+                                      [](uint64_t n) { return double(n) <= max_samples; });
+    if (!has_room || !(request.samples >= 0.0 && request.samples <= max_samples))
         return Error{"bad-request", fmt::format("{}: {} samples per pixel exceed the maximum", path,
                                                 request.samples)};
     image::Image map;
@@ -220,7 +220,7 @@ Result<TopUpRequest> read_top_up(const std::string& path) {
     const image::Channel* present = map->find(present_name);
     const auto* values = priority ? std::get_if<std::vector<float>>(&priority->data) : nullptr;
     const auto* counts = present ? std::get_if<std::vector<uint32_t>>(&present->data) : nullptr;
-    if (!values || !counts || !(request.samples >= 0.0 && request.samples <= most_samples))
+    if (!values || !counts || !(request.samples >= 0.0 && request.samples <= max_samples))
         return bad("the request is damaged");
     request.window = map->data;
     request.priority = *values;

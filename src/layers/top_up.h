@@ -19,7 +19,7 @@ struct TopUpRequest {
     image::Window window;
     /// [pixel of the window] Samples in proportion to it lower the error of the mix most. A pixel's
     /// own samples must not enter into its own value, only into those of pixels up to
-    /// `top_up_reach` away, so that the picture keeps its mean.
+    /// `top_up_reach` away, so that the image keeps its mean.
     std::vector<float> priority;
     std::vector<uint64_t> present;  ///< samples of every pixel when the request was made
 };

@@ -46,7 +46,7 @@ double ClusterTree::importance(const Node& node, const ClusterReceiver& at) cons
     const double cos_least = cos_of_difference(cos_x, sin_x, cos_extent, sin_extent);
     const double cos_spread = double(node.cos_spread);
     if (cos_least <= cos_spread - cosine_slack) return 0.0;
-    const double falloff = std::max(cos_least, least_falloff_of(node));
+    const double falloff = std::max(cos_least, min_falloff_of(node));
 
     // Least angle of incidence
     if (at.n == Vec3d(0.0)) return strength * falloff;

@@ -54,7 +54,7 @@ class ClusterTree {
 
     /// Part of its intensity that a cluster is taken to send where its cone's cosine says less:
     /// some sideways and backwards, where the cone goes that far.
-    static double least_falloff_of(const Node& node) {
+    static double min_falloff_of(const Node& node) {
         return node.cos_spread < 0.0f ? 0.1 : cosine_slack;
     }
 

@@ -99,7 +99,7 @@ Plane cheapest_plane(const BuildLeaf* begin, const BuildLeaf* end) {
     const Vec3 size = centers.size();
     const float longest = std::max({size.x, size.y, size.z});
     Plane best;
-    float least = std::numeric_limits<float>::infinity();
+    float min = std::numeric_limits<float>::infinity();
     for (int axis = 0; axis < 3; ++axis) {
         if (!(size[axis] > 0.0f)) continue;
         Plane plane{axis, 0, centers.min[axis], float(bin_count) / size[axis]};
@@ -118,8 +118,8 @@ Plane cheapest_plane(const BuildLeaf* begin, const BuildLeaf* end) {
             sum.add(bins[plane.bin]);
             // Thin slabs are worse clusters than their area tells
             const float cost = longest / size[axis] * (sum.cost() + above[plane.bin + 1]);
-            if (sum.count == size_t(end - begin) || !(cost < least)) continue;
-            least = cost;
+            if (sum.count == size_t(end - begin) || !(cost < min)) continue;
+            min = cost;
             best = plane;
         }
     }

@@ -92,16 +92,16 @@ HWY_INLINE V weigh(const ClusterWeights::Lanes& lanes, size_t i, const LaneRecei
     const V sin_x = sin_of_difference(cos_w, sin_w, cos_normals, sin_normals);
     const V cos_least = cos_of_difference(cos_x, sin_x, cos_extent, sin_extent);
     const auto is_lit = hn::Gt(cos_least, hn::Sub(row(lanes.cos_spread), slack));
-    V weight = hn::Mul(strength, hn::Max(cos_least, row(lanes.least_falloff)));
+    V weight = hn::Mul(strength, hn::Max(cos_least, row(lanes.min_falloff)));
 
     // Least angle of incidence
     if (at.has_normal) {
         const V cos_n = dot(hn::Set(d, at.n.x), hn::Set(d, at.n.y), hn::Set(d, at.n.z), wx, wy, wz);
         const V cos_i = at.both_sides ? hn::Abs(cos_n) : cos_n;
         const V incidence = cos_of_difference(cos_i, sine_of(cos_i), cos_extent, sin_extent);
-        const V least = hn::Set(d, float(ClusterTree::cosine_slack));
+        const V min = hn::Set(d, float(ClusterTree::cosine_slack));
         weight = hn::IfThenElseZero(hn::Gt(incidence, hn::Neg(slack)),
-                                    hn::Mul(weight, hn::Max(incidence, least)));
+                                    hn::Mul(weight, hn::Max(incidence, min)));
     }
     // Any direction is possible from inside
     return hn::IfThenElse(hn::Le(d2, radius2), strength, hn::IfThenElseZero(is_lit, weight));
@@ -151,7 +151,7 @@ ClusterWeights::ClusterWeights(const ClusterTree& tree, std::span<const uint32_t
         lanes_.cos_normals[i] = node.cos_normals;
         lanes_.sin_normals[i] = float(safe_sqrt(1.0 - sqr(double(node.cos_normals))));
         lanes_.cos_spread[i] = node.cos_spread;
-        lanes_.least_falloff[i] = float(ClusterTree::least_falloff_of(node));
+        lanes_.min_falloff[i] = float(ClusterTree::min_falloff_of(node));
         lanes_.intensity[i] = node.intensity;
         lanes_.two_sided[i] = node.is_two_sided ? 1.0f : 0.0f;
     }

@@ -30,7 +30,7 @@ class ClusterWeights {
     struct alignas(64) Lanes {
         using Row = std::array<float, capacity>;
         Row center[3] = {}, axis[3] = {};  // relative to the tree's center and size
-        Row radius = {}, cos_normals = {}, sin_normals = {}, cos_spread = {}, least_falloff = {};
+        Row radius = {}, cos_normals = {}, sin_normals = {}, cos_spread = {}, min_falloff = {};
         Row intensity = {};
         Row two_sided = {};  // 1 or 0
     };

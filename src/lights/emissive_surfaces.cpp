@@ -23,7 +23,7 @@ using geometry::Hit;
 /// a texture may hide a spot from a few lookups.
 constexpr double dark_share = 0.02;
 /// Luminance that the triangles of a shape are taken to have when all of them look black.
-constexpr double least_luminance = 0x1p-20;
+constexpr double min_luminance = 0x1p-20;
 
 double length_of(const Vec3d& v) {
     return std::sqrt(v.dot(v));
@@ -53,11 +53,11 @@ template <class MayLight>
 void list_triangles(TriangleList& list,
                     uint32_t shape,
                     const geometry::TriangleMesh& mesh,
-                    MayLight may_light) {
+                    MayLight can_light) {
     std::vector<uint32_t> emissive;
     const uint32_t count = uint32_t(mesh.triangle_count());
     for (uint32_t i = 0; i < count; ++i)
-        if (may_light(i)) emissive.push_back(i);
+        if (can_light(i)) emissive.push_back(i);
     list.add(shape, std::move(emissive), count);
 }
 
@@ -82,7 +82,7 @@ void EmissiveSurfaces::list_direct() {
     for (uint32_t shape = 0; shape < geometry_.shapes().size(); ++shape) {
         const geometry::TriangleMesh& mesh = geometry_.shapes()[shape];
         list_triangles(direct_.triangles, shape, mesh, [&](uint32_t triangle) {
-            return emission_.may_light(scene::none, shape, mesh.material(triangle));
+            return emission_.can_light(scene::none, shape, mesh.material(triangle));
         });
     }
     measure(direct_, scene::none);
@@ -117,12 +117,12 @@ void EmissiveSurfaces::list_instances() {
 float EmissiveSurfaces::strength(const Group& group, uint32_t instance) const {
     if (instance == group.measured || scene_.mesh_lights.empty()) return 1.0f;
     // The strongest of its shapes stands for all: what none shines may not be lost
-    double most = 0.0;
+    double max = 0.0;
     const uint32_t shapes = uint32_t(scene_.prototypes[group.prototype].shapes.size());
     for (uint32_t shape = 0; shape < shapes; ++shape)
         if (emission_.light(instance, shape))
-            most = std::max(most, emission_.ratio(instance, group.measured, shape));
-    return most > 0.0 && std::isfinite(most) ? float(most) : 1.0f;
+            max = std::max(max, emission_.ratio(instance, group.measured, shape));
+    return max > 0.0 && std::isfinite(max) ? float(max) : 1.0f;
 }
 
 /// The emissive triangles of an instance as a new group; none when it has none.
@@ -134,7 +134,7 @@ uint32_t EmissiveSurfaces::add_group(uint32_t instance) {
     for (uint32_t shape = 0; shape < meshes.size(); ++shape) {
         list_triangles(group.triangles, shape, meshes[shape], [&](uint32_t triangle) {
             const bool is_overridden = placed.material_override != scene::none;
-            return emission_.may_light(
+            return emission_.can_light(
                 instance, shape,
                 is_overridden ? placed.material_override : meshes[shape].material(triangle));
         });
@@ -209,11 +209,11 @@ void EmissiveSurfaces::lift_dark_triangles(Listed& listed, uint32_t instance) co
             flux += area * double(listed.luminance[end]);
         }
         const double mean = all_area > 0.0 ? flux / all_area : 0.0;
-        const double least = mean > 0.0 ? dark_share * mean : least_luminance;
-        const float lifted = std::max(float(least), std::numeric_limits<float>::min());
+        const double min = mean > 0.0 ? dark_share * mean : min_luminance;
+        const float lifted = std::max(float(min), std::numeric_limits<float>::min());
         for (uint32_t i = first; i < end; ++i) {
-            const bool may_emit = listed.luminance[i] >= 0.0f;
-            listed.luminance[i] = may_emit ? std::max(listed.luminance[i], lifted) : 0.0f;
+            const bool can_emit = listed.luminance[i] >= 0.0f;
+            listed.luminance[i] = can_emit ? std::max(listed.luminance[i], lifted) : 0.0f;
         }
     }
 }
@@ -420,7 +420,7 @@ std::optional<LightSample> EmissiveSurfaces::sample(LightId id,
     geometry::SurfacePoint point =
         geometry::make_surface_point(scene_, geometry_, {p, s.wi}, place);
     const float footprint = cone.width + cone.spread * s.distance;
-    s.Le = emission_.radiance(point, -s.wi, footprint, Onlooker::Scattering) *
+    s.Le = emission_.radiance(point, -s.wi, footprint, EmissionReceiver::Scattering) *
            materials_.presence(point, footprint);
     s.is_surface = true;
     // The direction of a ray to there is rounded by its own length, not by that of the position
@@ -453,7 +453,7 @@ std::optional<LightHit> EmissiveSurfaces::intersect(LightId id,
     place.b2 = float(y);
     const geometry::SurfacePoint point =
         geometry::make_surface_point(scene_, geometry_, {o, d}, place);
-    const Rgb Le = emission_.radiance(point, -d, 0.0f, Onlooker::Scattering) *
+    const Rgb Le = emission_.radiance(point, -d, 0.0f, EmissionReceiver::Scattering) *
                    materials_.presence(point, 0.0f);
     return LightHit{id.index, float(distance), Le,
                     float(density(view, omega, distance, smallest_))};

@@ -46,10 +46,10 @@ uint32_t EmitterTree::add_nodes(uint32_t count) {
 }
 
 void EmitterTree::build(uint32_t number, Item* items, uint32_t count) {
-    Box3d box, centres;
+    Box3d box, centers;
     for (uint32_t i = 0; i < count; ++i) {
         box.extendBy(items[i].box);
-        centres.extendBy(items[i].box.center());
+        centers.extendBy(items[i].box.center());
     }
     node(number).box = widened(box);
     if (count <= largest_leaf) {
@@ -63,7 +63,7 @@ void EmitterTree::build(uint32_t number, Item* items, uint32_t count) {
         return;
     }
     // Halve by number along the widest axis: depth stays below log2(count), whatever the positions
-    const int axis = int(centres.majorAxis());
+    const int axis = int(centers.majorAxis());
     const uint32_t middle = count / 2;
     std::nth_element(items, items + middle, items + count, [axis](const Item& a, const Item& b) {
         const double ca = a.box.min[axis] + a.box.max[axis];
@@ -76,7 +76,7 @@ void EmitterTree::build(uint32_t number, Item* items, uint32_t count) {
     build(left + 1, items + middle, count - middle);
 }
 
-bool EmitterTree::may_meet_along_side(const Node& node, const Line& line) {
+bool EmitterTree::can_intersect_along_side(const Node& node, const Line& line) {
     double near = 0.0, far = line.t_max;
     for (int i = 0; i < 3; ++i) {
         const double a = (double(node.box.min[i]) - line.o[i]) * line.inverse[i];

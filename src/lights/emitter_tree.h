@@ -31,7 +31,7 @@ class EmitterTree {
             return;
         }
         const Line line(o, d, t_max);
-        if (!may_meet(node(0), line)) return;
+        if (!can_intersect(node(0), line)) return;
         const Node* stack[64];
         uint32_t depth = 0;
         stack[depth++] = &node(0);
@@ -40,7 +40,7 @@ class EmitterTree {
             // Children and lights are tested here, where they lie side by side
             for (uint32_t i = 0; i < std::max(parent.count, 2u); ++i) {
                 const Node& below = node(parent.first + i);
-                if (!may_meet(below, line)) continue;
+                if (!can_intersect(below, line)) continue;
                 if (parent.count > 0) {
                     visit(below.first);
                 } else {
@@ -68,23 +68,23 @@ class EmitterTree {
         Line(const Vec3d& origin, const Vec3d& d, double end)
             : o(origin), inverse(1.0 / d.x, 1.0 / d.y, 1.0 / d.z), t_max(end) {
             const double sum = std::abs(inverse.x) + std::abs(inverse.y) + std::abs(inverse.z);
-            is_askew = sum <= std::numeric_limits<double>::max();
+            is_skew = sum <= std::numeric_limits<double>::max();
         }
 
         Vec3d o, inverse;
         double t_max;
-        bool is_askew;  ///< along no side of a box
+        bool is_skew;  ///< along no side of a box
     };
 
     const Node& node(uint32_t i) const { return nodes_[i / 2].nodes[i % 2]; }
 
     Node& node(uint32_t i) { return nodes_[i / 2].nodes[i % 2]; }
 
-    static bool may_meet(const Node& node, const Line& line) {
-        return line.is_askew ? may_meet_askew(node, line) : may_meet_along_side(node, line);
+    static bool can_intersect(const Node& node, const Line& line) {
+        return line.is_skew ? can_intersect_skew(node, line) : can_intersect_along_side(node, line);
     }
 
-    static bool may_meet_askew(const Node& node, const Line& line) {
+    static bool can_intersect_skew(const Node& node, const Line& line) {
         double near = 0.0, far = line.t_max;
         for (int i = 0; i < 3; ++i) {
             const double a = (double(node.box.min[i]) - line.o[i]) * line.inverse[i];
@@ -95,7 +95,7 @@ class EmitterTree {
         return near <= far * (1.0 + 1e-14);
     }
 
-    static bool may_meet_along_side(const Node& node, const Line& line);
+    static bool can_intersect_along_side(const Node& node, const Line& line);
     void build(uint32_t number, Item* items, uint32_t count);
     uint32_t add_nodes(uint32_t count);
 

@@ -10,7 +10,7 @@
 
 namespace velatura::lights {
 
-/// A decoded light texture (dome or rect): scene-linear working-space colour.
+/// A decoded light texture (dome or rect): scene-linear working-space color.
 struct EnvironmentImage {
     int width = 0, height = 0;
     std::vector<Rgb> texels;  ///< [height][width], row 0 = top

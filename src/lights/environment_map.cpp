@@ -42,7 +42,7 @@ Vec2d uv_of(const Vec3d& d, double* sin_theta) {
     return {0.5 - longitude / (2.0 * pi_d), std::atan2(s, d.y) / pi_d};
 }
 
-/// Where a unit direction lies in a picture of another layout, uv from the upper left corner.
+/// Where a unit direction lies in an image of another layout, uv from the upper left corner.
 Vec2d uv_in_layout(const Vec3d& d, scene::DomeFormat format) {
     if (format == scene::DomeFormat::CubeMapVerticalCross) {
         // Cells of thirds by quarters: +Y above, −X +Z +X in the second row, −Y, and −Z upside down
@@ -69,7 +69,7 @@ Vec2d uv_in_layout(const Vec3d& d, scene::DomeFormat format) {
         }
         return {(column + 0.5 * (a / major + 1.0)) / 3.0, (row + 0.5 * (b / major + 1.0)) / 4.0};
     }
-    // Radius by the angle off the centre of the picture, which looks along −Z
+    // Radius by the angle off the center of the image, which looks along −Z
     const double s = std::sqrt(d.x * d.x + d.y * d.y);
     const double angle = std::atan2(s, -d.z);
     const double r = format == scene::DomeFormat::Angular ? angle / pi_d : std::sin(0.5 * angle);
@@ -267,7 +267,7 @@ std::optional<EnvironmentMap::Sample> EnvironmentMap::sample(const Vec2& u) cons
     const double right = weight(p.x1, p.y0) * (1.0 - p.fy) + weight(p.x1, p.y1) * p.fy;
     p.fx = sample_linear(ux, left, right);
 
-    // Cells start at texel centres; those at the poles span half a row only
+    // Cells start at texel centers; those at the poles span half a row only
     double y = double(cell.row) - 0.5 + p.fy;
     if (cell.row == 0) y = 0.5 * p.fy;
     if (cell.row == height) y = double(height) - 0.5 + 0.5 * p.fy;

@@ -12,7 +12,7 @@
 
 namespace velatura::lights {
 
-/// Bilinear lookup between texel centres; uv in [0,1]², (0,0) = upper left corner of the image;
+/// Bilinear lookup between texel centers; uv in [0,1]², (0,0) = upper left corner of the image;
 /// edges are held.
 Rgb bilinear_clamped(const EnvironmentImage& image, const Vec2d& uv);
 
@@ -22,12 +22,12 @@ float mean_luminance(const EnvironmentImage& image);
 /// Sets NaN, infinite and negative texels to zero; returns how many there were.
 size_t remove_bad_texels(EnvironmentImage& image);
 
-/// A latlong picture of what a picture of another layout shows, of twice its height; LatLong and
+/// A latlong image of what an image of another layout shows, of twice its height; LatLong and
 /// Automatic come back as they are. Layouts: see README.md.
 EnvironmentImage to_latlong(EnvironmentImage image, scene::DomeFormat format);
 
 /// A latlong environment around the origin: pole +Y; left edge at longitude +180°, longitude 0 =
-/// +Z, +90° = +X; top edge at latitude +90°. Radiance is bilinear between texel centres (wrapping
+/// +Z, +90° = +X; top edge at latitude +90°. Radiance is bilinear between texel centers (wrapping
 /// around, held at the poles). Directions are sampled from the bilinear interpolant of luminance ·
 /// sinθ itself, so density and radiance agree inside texels too.
 class EnvironmentMap {
@@ -59,9 +59,9 @@ class EnvironmentMap {
     View view(const Vec3d& direction) const;
     std::optional<Sample> sample(const Vec2& u) const;
 
-    /// Probability with which sample() falls between the centres of the texels `column`, the next
+    /// Probability with which sample() falls between the centers of the texels `column`, the next
     /// one to the right (around the map), row − 1 and row; row 0 and row `height` reach from the
-    /// poles to the first and last centres.
+    /// poles to the first and last centers.
     double cell_probability(size_t column, size_t row) const { return cells_.pmf(column, row); }
 
   private:
@@ -84,12 +84,12 @@ class EnvironmentMap {
     double density(const Patch& patch, size_t column, size_t row, double sin_theta) const;
 
     EnvironmentImage image_;
-    std::vector<double> row_sine_;  // sinθ at the texel centres
+    std::vector<double> row_sine_;  // sinθ at the texel centers
     double mean_luminance_ = 0;
     double sampled_share_ = 1;
     double floor_ = 0;  // luminance subtracted for MIS compensation
     double total_ = 0;  // integral of the interpolated weight over the unit square of uv
-    sampling::Distribution2D cells_;  // [height + 1][width], between texel centres
+    sampling::Distribution2D cells_;  // [height + 1][width], between texel centers
 };
 
 }  // namespace velatura::lights

@@ -35,7 +35,7 @@ const scene::LightLinks* links_of(const Light& light) {
     return light.links == scene::LightLinks() ? nullptr : &light.links;
 }
 
-/// Turns scene lights into emitters and says what could not be honoured.
+/// Turns scene lights into emitters and says what could not be honored.
 class Preparation {
   public:
     Preparation(const scene::Scene& scene,
@@ -191,12 +191,12 @@ LightSet::LightSet(const scene::Scene& scene,
     for (const scene::Light& light : scene.lights) {
         const uint32_t index = uint32_t(emitters_.size());
         emitters_.push_back(preparation.prepare(light));
-        facts_.push_back({light.group,
-                          {light.diffuse_multiplier, light.specular_multiplier},
-                          is_on(index) && emitters_[index]->is_infinite(),
-                          light.is_camera_visible,
-                          !light.render_from_portals.empty(),
-                          links_of(light)});
+        records_.push_back({light.group,
+                            {light.diffuse_multiplier, light.specular_multiplier},
+                            is_on(index) && emitters_[index]->is_infinite(),
+                            light.is_camera_visible,
+                            !light.render_from_portals.empty(),
+                            links_of(light)});
         if (!is_on(index)) continue;
         note_links(light.links);
         if (is_infinite(index)) {
@@ -218,7 +218,7 @@ LightSet::LightSet(const scene::Scene& scene,
 
 void LightSet::note_links(const scene::LightLinks& links) {
     has_light_links_ |= links.lit != scene::none;
-    has_own_shadows_ |= links.has_own_shadows();
+    has_custom_shadows_ |= links.has_custom_shadows();
 }
 
 LightSet::~LightSet() = default;
@@ -238,27 +238,27 @@ uint32_t LightSet::group_of_instance(uint32_t item) const {
 }
 
 scene::GroupId LightSet::group(LightId id) const {
-    if (!is_surface(id.index)) return facts_[id.index].group;
+    if (!is_surface(id.index)) return records_[id.index].group;
     const scene::MeshLight* light = surfaces_->mesh_light(in_surfaces(id));
     return light ? light->group : scene_->emissive_group();
 }
 
 const scene::LightLinks* LightSet::links(LightId id) const {
-    if (!is_surface(id.index)) return facts_[id.index].links;
+    if (!is_surface(id.index)) return records_[id.index].links;
     const scene::MeshLight* light = surfaces_->mesh_light(in_surfaces(id));
     return light ? links_of(*light) : nullptr;
 }
 
-bool LightSet::item_shines_on(uint32_t item, scene::LinkClass c) const {
-    if (!is_instance(item)) return shines_on(item, c);
+bool LightSet::item_illuminates(uint32_t item, scene::LinkClass c) const {
+    if (!is_instance(item)) return illuminates(item, c);
     const uint32_t parts = surfaces_->part_count(item - size());
     for (uint32_t part = 0; part < parts; ++part)
-        if (shines_on(LightId(item, part), c)) return true;
+        if (illuminates(LightId(item, part), c)) return true;
     return false;
 }
 
 LobeMultipliers LightSet::lobe_multipliers(LightId id) const {
-    if (!is_surface(id.index)) return facts_[id.index].multipliers;
+    if (!is_surface(id.index)) return records_[id.index].multipliers;
     const scene::MeshLight* light = surfaces_->mesh_light(in_surfaces(id));
     return light ? LobeMultipliers{light->diffuse_multiplier, light->specular_multiplier}
                  : LobeMultipliers();
@@ -267,13 +267,14 @@ LobeMultipliers LightSet::lobe_multipliers(LightId id) const {
 SurfaceRadiance LightSet::surface_radiance(const geometry::SurfacePoint& point,
                                            const Vec3& wo,
                                            float footprint,
-                                           Onlooker onlooker) const {
+                                           EmissionReceiver emission_receiver) const {
     SurfaceRadiance out;
-    out.Le = emission_->radiance(point, wo, footprint, onlooker);
+    out.Le = emission_->radiance(point, wo, footprint, emission_receiver);
     const scene::MeshLight* light = emission_->light(point.instance, point.shape);
     out.group = light ? light->group : scene_->emissive_group();
     // A material that shows itself is no light to who sees it
-    const bool is_light = light && !(onlooker == Onlooker::Eye && light->shows_material);
+    const bool is_light =
+        light && !(emission_receiver == EmissionReceiver::Camera && light->shows_material);
     if (!is_light) return out;
     out.multipliers = {light->diffuse_multiplier, light->specular_multiplier};
     out.links = links_of(*light);

@@ -32,47 +32,58 @@ class EmitterTree;
 struct EmitterPoint;
 struct LightBounds;
 
+/// How a LightSet prepares and samples its lights.
 struct LightSetOptions {
-    /// Sample textured domes in proportion to what exceeds their mean (Karlík et al. 2019, "MIS
-    /// Compensation"). Only for integrators that combine light and BSDF sampling by MIS at every
-    /// vertex: sample() alone is then biased.
+    /// MIS compensation: samples textured domes in proportion to the radiance above their mean.
+    /// Requires an integrator that combines light and BSDF sampling by MIS at every vertex:
+    /// sample() alone is then biased.
+    /// Ref: Karlík et al. 2019, "MIS Compensation: Optimizing Sampling Techniques in Multiple
+    /// Importance Sampling".
     bool compensate_mis = false;
 
-    /// Choose points of lights by area instead of by solid angle, whoever looks. Only for
-    /// integrators that do not combine light and BSDF sampling: hits then have no density.
+    /// Samples points of lights by area instead of by solid angle. Requires an integrator that
+    /// does not combine light and BSDF sampling: hits then have no density.
     bool by_area = false;
 
-    /// Surfaces to look for emissive triangles on, both or none: without them such triangles are
-    /// only found by chance. Both must outlive the set.
+    /// Geometry and materials that are searched for emissive triangles; set both or neither.
+    /// Without them emissive triangles are not sampled and are found by BSDF sampling only. Both
+    /// must outlive the LightSet.
     const geometry::GeometrySet* geometry = nullptr;
     const shading::MaterialEvaluator* materials = nullptr;
 };
 
-/// What a surface emits.
+/// Emission of a surface point.
 struct SurfaceRadiance {
-    Rgb Le = Rgb(0.0f);
-    scene::GroupId group = 0;
-    LobeMultipliers multipliers;               ///< of who is lit by it
-    const scene::LightLinks* links = nullptr;  ///< of the light that it is to the onlooker; null:
-                                               ///< none, or no links
+    Rgb Le = Rgb(0.0f);                        ///< emitted radiance, scene-linear
+    scene::GroupId group = 0;                  ///< light group that Le is deposited into
+    LobeMultipliers multipliers;               ///< UsdLux diffuse and specular multipliers
+    const scene::LightLinks* links = nullptr;  ///< links of the mesh light; null: no mesh light for
+                                               ///< this receiver, or no links
 };
 
-/// The lights of a scene and its emissive triangles, ready to be sampled.
+/// The lights and emissive triangles of a scene, prepared for sampling.
 ///
-/// Items 0 … size() − 1 are scene.lights. Their shapes emit and do not block: they are not part of
-/// the accelerator, neither stop rays nor hide one another. After them come emissive triangles of
-/// shapes placed directly, one item each, then instances with emissive triangles, one item each
-/// with its triangles as parts. These are surfaces like others, found by rays in the accelerator.
+/// Items: 0 … size() − 1 are Scene::lights; then emissive triangles of shapes that are placed
+/// directly, one item each; then instances with emissive triangles, one item each, with the
+/// triangles as parts. A LightId is an item and a part.
 ///
-/// Immutable after construction and safe to share among threads. The scene must outlive it. All
-/// geometry inside is in double; results scale exactly with scenes scaled by a power of two.
-/// sample() and for_each_hit() or surface_pdf() describe the same density: for every direction,
-/// the pdf of both agrees (LightSetOptions::by_area has one of them).
+/// Analytic lights (Scene::lights) emit and do not occlude: they are not in the accelerator, and
+/// for_each_hit() finds them. Emissive triangles are surfaces that rays hit in the accelerator.
+///
+/// Space: render space; `d`, `wi`, `wo` are unit vectors and point away from the receiver.
+/// Precision: geometry is in double; results scale exactly with scenes scaled by a power of two.
+/// Density: sample() agrees with for_each_hit() and surface_pdf(): for every direction they have
+/// one pdf [1/sr] (LightSetOptions::by_area: only sample() has one).
+/// Threads: immutable after construction, safe to share. The scene must outlive it.
+/// Ref: UsdLux; Pharr, Jakob, Humphreys, "Physically Based Rendering" 4, ch. 12 (light sampling).
 class LightSet {
   public:
-    /// Prepares all lights. Textures come from `load`, which may be empty when no light has one.
-    /// What cannot be honoured (zero size, broken transform or colour, unreadable texture, …) is
-    /// warned about at the light's prim.
+    // Construction
+
+    /// Prepares all lights of the scene.
+    /// Args:   load: reads textures of lights; may be empty when no light has one.
+    /// Errors: none. Zero sizes, broken transforms or colors, unreadable textures … are warnings at
+    ///         the prim of the light.
     LightSet(const scene::Scene& scene,
              const ImageLoader& load,
              Diagnostics& diagnostics,
@@ -81,125 +92,146 @@ class LightSet {
     LightSet(LightSet&&) noexcept;
     LightSet& operator=(LightSet&&) noexcept;
 
-    /// Lights of the scene whose texture cannot be read: they emit without it.
+    /// Number of lights whose texture cannot be read; they emit their untextured color.
     uint32_t unread_textures() const { return unread_textures_; }
 
-    /// Lights of the scene.
+    // Items: how many there are, and what each is
+
+    /// Number of analytic lights (Scene::lights).
     uint32_t size() const { return uint32_t(emitters_.size()); }
 
-    /// All items.
+    /// Number of items: analytic lights, emissive triangles, instances with emissive triangles.
     uint32_t item_count() const;
 
+    /// True for emissive triangles and instances of them, false for analytic lights.
     bool is_surface(uint32_t item) const { return item >= size(); }
 
-    /// The item is an instance, whose parts are chosen among.
+    /// True for an instance with emissive triangles, whose parts are selected in a second step.
     bool is_instance(uint32_t item) const;
-    /// Its group in surfaces().
+
+    /// Group of triangles in surfaces() that the instance has as parts. item: an instance.
     uint32_t group_of_instance(uint32_t item) const;
 
-    /// The emissive triangles; null when there are none. Item i is theirs with number i − size().
+    /// Emissive triangles; null when there are none. Item i is their number i − size().
     const EmissiveSurfaces* surfaces() const { return surfaces_.get(); }
 
+    /// The light as translated from UsdLux. index < size().
     const scene::Light& light(uint32_t index) const { return scene_->lights[index]; }
 
-    /// Whether the camera sees the light of the scene where it shines itself.
-    bool is_camera_visible(uint32_t index) const { return facts_[index].is_camera_visible; }
+    // Properties of a light. index: of an analytic light; item: of any
 
-    /// Whether the light of the scene is sampled through portals: its density then depends on the
-    /// very point that samples.
-    bool has_portals(uint32_t index) const { return facts_[index].has_portals; }
+    /// True when camera rays see the light itself.
+    bool is_camera_visible(uint32_t index) const { return records_[index].is_camera_visible; }
 
-    /// Light group; of emissive triangles that are no mesh light Scene::emissive_group().
+    /// True when the light is sampled through portals: its pdf then depends on the receiver.
+    bool has_portals(uint32_t index) const { return records_[index].has_portals; }
+
+    /// True when the light can contribute; the others are neither sampled nor hit.
+    bool is_on(LightId id) const;
+
+    /// True for lights that only sampling finds: a position or a direction of zero extent.
+    bool is_delta(uint32_t item) const;
+
+    /// True for dome and distant lights.
+    bool is_infinite(uint32_t item) const {
+        return !is_surface(item) && records_[item].is_infinite;
+    }
+
+    /// Light group; emissive triangles that are no mesh light have Scene::emissive_group().
     scene::GroupId group(LightId id) const;
 
-    /// UsdLux's factors of what a light does to diffuse and to other lobes.
+    /// UsdLux inputs:diffuse and inputs:specular.
     LobeMultipliers lobe_multipliers(LightId id) const;
 
-    /// Whether some light shines on a part of the geometry only, see scene::LightLinks::lit.
+    // Light linking and shadow linking (UsdLux light:link, shadow:link; scene/linking.h)
+
+    /// True when some light illuminates a part of the geometry only (scene::LightLinks::lit).
     bool has_light_links() const { return has_light_links_; }
 
-    /// Whether some light has LightLinks::has_own_shadows().
-    bool has_own_shadows() const { return has_own_shadows_; }
+    /// True when some light has LightLinks::has_custom_shadows().
+    bool has_custom_shadows() const { return has_custom_shadows_; }
 
-    /// See scene::Linking.
+    /// Number of link classes of the scene's geometry, see scene::Linking.
     size_t link_class_count() const { return scene_->linking.class_count; }
 
-    /// What the light is linked to; null: to everything.
+    /// Links of the light; null: it illuminates everything and everything casts its shadow.
     const scene::LightLinks* links(LightId id) const;
 
-    /// Whether geometry of the class is lit by the light, or at least by a part of the item.
-    bool shines_on(LightId id, scene::LinkClass c) const { return shines_on(links(id), c); }
+    /// True when the light illuminates geometry of the class.
+    bool illuminates(LightId id, scene::LinkClass c) const { return illuminates(links(id), c); }
 
-    bool item_shines_on(uint32_t item, scene::LinkClass c) const;
+    /// True when the item, or one of its parts, illuminates geometry of the class.
+    bool item_illuminates(uint32_t item, scene::LinkClass c) const;
 
-    bool shines_on(const scene::LightLinks* links, scene::LinkClass c) const {
+    /// True when a light with these links illuminates geometry of the class.
+    bool illuminates(const scene::LightLinks* links, scene::LinkClass c) const {
         return !links || links->lit == scene::none || scene_->linking.sets[links->lit].holds(c);
     }
 
-    /// Whether any surface may emit.
+    // Emission of surfaces. Requires LightSetOptions::geometry and materials
+
+    /// True when some surface can emit.
     bool has_surface_emission() const { return emission_ && emission_->has_any(); }
 
-    /// Whether somebody may see the surface emit. This and the next need surfaces to look for
-    /// emission on, see LightSetOptions.
-    bool may_emit(const geometry::SurfacePoint& point) const { return emission_->may_emit(point); }
+    /// True when the surface emits towards some receiver; a cheap test before surface_radiance().
+    bool can_emit(const geometry::SurfacePoint& point) const { return emission_->can_emit(point); }
 
-    /// What the surface emits towards wo, not weighed by presence.
+    /// Emitted radiance towards wo, not multiplied by presence.
+    /// Args: footprint: width of the ray cone at the point [scene unit], filters textures.
     SurfaceRadiance surface_radiance(const geometry::SurfacePoint& point,
                                      const Vec3& wo,
                                      float footprint,
-                                     Onlooker onlooker) const;
+                                     EmissionReceiver emission_receiver) const;
 
-    /// Whether the light can contribute at all; the others are never sampled nor hit.
-    bool is_on(LightId id) const;
+    // Sampling of a direction from a receiver
 
-    bool is_delta(uint32_t item) const;
-
-    /// Dome and distant lights: at infinite distance.
-    bool is_infinite(uint32_t item) const { return !is_surface(item) && facts_[item].is_infinite; }
-
-    /// Samples a direction from point p (render space) toward a light; u in [0,1)². Nothing when
-    /// the light does not reach p or the sample fell beside it: that counts as a sample of value
-    /// zero. `cone` filters the textures of emissive triangles.
+    /// Samples a direction from the receiver p towards a light.
+    /// Args:    u in [0,1)²; cone: filters textures of emissive triangles.
+    /// Returns: direction, radiance and pdf [1/sr]; nullopt when the light does not reach p or the
+    ///          sample misses it: a sample of value 0.
     std::optional<LightSample> sample(LightId id,
                                       const Vec3& p,
                                       const Vec2& u,
                                       const RayCone& cone = {}) const;
 
-    /// Density [1/sr] with which sample() finds the unit direction wi from p; 0 for delta lights
-    /// and directions that miss.
+    /// Density [1/sr] of sample() for wi from p; 0 for delta lights and directions that miss.
     float pdf(LightId id, const Vec3& p, const Vec3& wi) const;
 
-    /// Whether sample_point() has points of this light: those of the scene that are on, but domes.
+    /// Density [1/sr] of sample() for the point q of an emissive triangle from p.
+    float surface_pdf(LightId id, const Vec3& p, const Vec3& q) const;
+
+    // Sampling of a point on a light, independent of the receiver
+
+    /// True for analytic lights that are on, except domes: sample_point() is defined for them.
     bool has_points(uint32_t item) const;
 
-    /// A point of a light of the scene, of one at infinity a direction, chosen without regard to
-    /// who looks; u in [0,1)². facing: unit direction along which to look for points that emit that
-    /// way, a hint that the density knows. Ask has_points() first.
+    /// Samples a point of an analytic light; a direction for lights at infinity.
+    /// Args: index with has_points(); u in [0,1)²; facing: direction along which points that emit
+    ///       that way are preferred; the density accounts for it.
     EmitterPoint sample_point(uint32_t index,
                               const Vec2& u,
                               const std::optional<Vec3d>& facing) const;
 
-    /// Radiance that a ray from o along d (unit) through the point meets there, irradiance across d
-    /// for a delta light; black when it meets another side of the light before.
+    /// Radiance along the ray from o in direction d through the point; irradiance perpendicular to
+    /// d for a delta light. Black when the ray hits another side of the light before.
     Rgb radiance_at(uint32_t index,
                     const EmitterPoint& point,
                     const Vec3d& o,
                     const Vec3d& d) const;
 
-    /// Item and part of the triangle that was hit; nothing when it is not one that can be sampled.
+    // Lights that rays hit
+
+    /// Light of the emissive triangle that was hit; nullopt when it is not sampled.
     std::optional<LightId> find_surface(const geometry::SurfacePoint& point) const;
 
-    /// Density [1/sr] with which sample() finds the point q of an emissive triangle from p.
-    float surface_pdf(LightId id, const Vec3& p, const Vec3& q) const;
-
-    /// The light as the ray o + t·d (d unit) sees it, as if nothing else were there: nothing when
-    /// it misses, lies behind or is a delta light.
+    /// Intersects one light, without occlusion. nullopt: the ray misses, the light lies behind o,
+    /// or it is a delta light.
     std::optional<LightHit> intersect(LightId id, const Vec3& o, const Vec3& d) const;
 
-    /// Calls visit(const LightHit&) for every light of the scene that the segment 0 < t < t_max of
-    /// the ray crosses (d unit). Lights at infinity are reported, with t = infinity, only when
-    /// t_max is infinite: pass the distance of the surface hit otherwise. Every light comes at most
-    /// once. The order depends on the scene only.
+    /// Calls visit(const LightHit&) for every analytic light that the segment 0 < t < t_max of the
+    /// ray hits, each at most once. Lights at infinity are reported, with t = infinity, only when
+    /// t_max is infinite: pass the distance of the surface hit otherwise. The order depends on the
+    /// scene only.
     template <class Visitor>
     void for_each_hit(const Vec3& o, const Vec3& d, float t_max, Visitor&& visit) const {
         for_each_hit_raw(
@@ -207,41 +239,42 @@ class LightSet {
             &visit);
     }
 
-    /// Whether for_each_hit() with this t_max reports a hit that it reports with an infinite one.
+    /// True when for_each_hit() with this t_max reports a hit that it reports with infinity.
     bool is_within(const LightHit& hit, float t_max) const {
         return hit.t < t_max ||
                (std::isinf(hit.t) && (std::isinf(t_max) || !is_infinite(hit.light)));
     }
 
-    /// Estimate of the emitted flux (luminance) that enters a ball of radius `scene_radius`: for
-    /// light selection, > 0 exactly when the light is on; of an instance that of all its parts.
+    /// Background: summed radiance of the dome and non-delta distant lights in direction d.
+    Rgb background(const Vec3& d) const;
+
+    // Bounds and powers for light selection
+
+    /// Estimated flux (luminance) into a sphere of radius `scene_radius` [scene unit]; > 0 exactly
+    /// when the light is on. Of an instance: the sum over its parts.
     double power(uint32_t item, double scene_radius) const;
 
-    /// Area of a finite light that is on, of an instance of its emissive triangles that of its
-    /// prototype's, scaled: about, where the scale is uneven. 0 for lights at infinity.
+    /// Area [scene unit²] of a finite light that is on; of an instance the area of its prototype's
+    /// emissive triangles, scaled, approximate under uneven scale. 0 for lights at infinity.
     double area(uint32_t item) const;
 
-    /// Box, directions and strength of a finite light that is on and no instance.
+    /// Box, cone of directions and power of a finite light that is on and no instance.
     LightBounds bounds(uint32_t item) const;
 
-    /// Bounds in the space of an instance's prototype, carried to where the instance is.
+    /// Transforms bounds from the space of an instance's prototype to render space.
     LightBounds place(uint32_t item, const LightBounds& bounds) const;
 
     /// Irradiance (luminance) of a light at infinity that is on: of a distant light on a surface
-    /// that faces it, of a dome averaged over all surfaces.
+    /// that faces it, of a dome averaged over all orientations.
     double mean_irradiance(uint32_t index) const;
 
-    /// Part of a light's irradiance that sample() is there to find, in [0, 1]: below 1 for domes
-    /// under MIS compensation.
+    /// Fraction of the light's irradiance that sample() covers, in [0, 1]; below 1 for domes under
+    /// MIS compensation.
     double sampled_share(uint32_t index) const;
 
-    /// Sum of what the dome and distant lights without delta show in direction d (unit): the
-    /// picture's background.
-    Rgb background(const Vec3& d) const;
-
   private:
-    /// What every meeting with a light asks for, of many lights in one place.
-    struct Facts {
+    /// Properties that every hit and sample reads, contiguous for all lights.
+    struct LightRecord {
         scene::GroupId group = 0;
         LobeMultipliers multipliers;
         bool is_infinite = false, is_camera_visible = true, has_portals = false;
@@ -258,13 +291,13 @@ class LightSet {
 
     const scene::Scene* scene_;
     std::vector<std::unique_ptr<Emitter>> emitters_;  // null = off
-    std::vector<Facts> facts_;                        // of lights of the scene
+    std::vector<LightRecord> records_;                // [analytic light]
     uint32_t unread_textures_ = 0;
     std::vector<uint32_t> infinite_;
     std::unique_ptr<EmitterTree> finite_;
     std::unique_ptr<SurfaceEmission> emission_;
     std::unique_ptr<EmissiveSurfaces> surfaces_;
-    bool has_light_links_ = false, has_own_shadows_ = false;
+    bool has_light_links_ = false, has_custom_shadows_ = false;
 };
 
 }  // namespace velatura::lights

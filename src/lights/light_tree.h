@@ -38,7 +38,7 @@ class LightTree final : public LightSelector {
   private:
     static constexpr size_t cut_size = ClusterWeights::capacity;
     static constexpr size_t infinite_size = 8;  // lights at infinity beyond share one entry
-    static constexpr size_t most_entries = cut_size + infinite_size;
+    static constexpr size_t max_entries = cut_size + infinite_size;
 
     /// Where a light is found.
     struct Place {
@@ -56,7 +56,7 @@ class LightTree final : public LightSelector {
         std::vector<bool> is_on;
     };
 
-    using Weights = std::array<double, most_entries>;
+    using Weights = std::array<double, max_entries>;
 
     void build_groups(const LightSet& lights);
     void choose_cut();

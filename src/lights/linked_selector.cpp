@@ -29,7 +29,7 @@ LinkedSelector::LinkedSelector(const LightSet& lights, const Make& make, size_t 
     for (scene::LinkClass c = 0; c < lights.link_class_count(); ++c) {
         std::vector<bool> among(lights.item_count());
         for (uint32_t item = 0; item < lights.item_count(); ++item)
-            among[item] = lights.item_shines_on(item, c);
+            among[item] = lights.item_illuminates(item, c);
         const auto [at, is_new] = known.try_emplace(among, uint32_t(selectors_.size()));
         if (is_new) {
             const bool has_room = (selectors_.size() + 1) * places <= room;

@@ -15,16 +15,16 @@ namespace velatura::lights {
 /// For scenes in which some light shines on some geometry only: a selector for each part of the
 /// geometry that the same lights shine on, so that no choice is lost on one that does not. Parts
 /// for which there is no room choose among all lights; what was chosen must be asked for
-/// LightSet::shines_on() in any case.
+/// LightSet::illuminates() in any case.
 class LinkedSelector final : public LightSelector {
   public:
     /// A selector among some items; null = among all.
     using Make = std::function<std::unique_ptr<LightSelector>(const std::vector<bool>*)>;
 
     /// Lights and emissive triangles that all selectors together hold, about.
-    static constexpr size_t most_places = size_t(1) << 22;
+    static constexpr size_t max_places = size_t(1) << 22;
 
-    LinkedSelector(const LightSet& lights, const Make& make, size_t room = most_places);
+    LinkedSelector(const LightSet& lights, const Make& make, size_t room = max_places);
 
     bool is_empty() const override;
     bool is_single() const override;

@@ -56,7 +56,7 @@ class SphereEmitter final : public Emitter {
         const double b = q.dot(w);
         double t = 0.0;
         if (distance > 1.0) {
-            // Distance of the ray from the centre, without subtracting large squares
+            // Distance of the ray from the center, without subtracting large squares
             const Vec3d closest = q - w * b;
             const double rest = 1.0 - closest.dot(closest);
             if (!(b < 0.0) || !(rest >= 0.0)) return std::nullopt;

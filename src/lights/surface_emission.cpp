@@ -51,7 +51,7 @@ void SurfaceEmission::warn_without_area(uint32_t light, Diagnostics& diagnostics
 
 SurfaceEmission::Placed SurfaceEmission::place(uint32_t light,
                                                double area,
-                                               const Mat4d& render_from_holder) {
+                                               const Mat4d& render_from_parent) {
     const scene::MeshLight& l = scene_.mesh_lights[light];
     Placed out;
     out.light = light;
@@ -64,7 +64,7 @@ SurfaceEmission::Placed SurfaceEmission::place(uint32_t light,
             lacks_area_[light] = true;
         }
     }
-    const LightShaping shaping(l.shaping, l.holder_from_light * render_from_holder);
+    const LightShaping shaping(l.shaping, l.parent_from_light * render_from_parent);
     if (shaping.is_active()) {
         out.shaping = uint32_t(shapings_.size());
         shapings_.push_back({shaping, float(shaping.mean_over_sphere())});
@@ -136,16 +136,17 @@ const scene::MeshLight* SurfaceEmission::light(uint32_t instance, uint32_t shape
     return placed ? &scene_.mesh_lights[placed->light] : nullptr;
 }
 
-bool SurfaceEmission::may_light(uint32_t instance,
+bool SurfaceEmission::can_light(uint32_t instance,
                                 uint32_t shape,
                                 scene::MaterialId material) const {
     const Placed* placed = find(instance, shape);
     if (!placed) return materials_.is_emissive(material);
     if (is_black(placed->Le)) return false;
-    return !scene_.mesh_lights[placed->light].is_tinted_by_glow || materials_.is_emissive(material);
+    return !scene_.mesh_lights[placed->light].is_tinted_by_emission ||
+           materials_.is_emissive(material);
 }
 
-bool SurfaceEmission::may_emit(const geometry::SurfacePoint& point) const {
+bool SurfaceEmission::can_emit(const geometry::SurfacePoint& point) const {
     const bool glows = materials_.is_emissive(point.material);
     const Placed* placed = find(point.instance, point.shape);
     if (!placed || !is_black(placed->Le)) return placed || glows;
@@ -155,12 +156,12 @@ bool SurfaceEmission::may_emit(const geometry::SurfacePoint& point) const {
 Rgb SurfaceEmission::radiance(const geometry::SurfacePoint& point,
                               const Vec3& wo,
                               float footprint,
-                              Onlooker onlooker) const {
+                              EmissionReceiver emission_receiver) const {
     const Placed* placed = find(point.instance, point.shape);
     scene::count_call(placed ? scene::Effect::MeshLights : scene::Effect::SurfaceEmission);
     if (!placed) return materials_.emission(point, wo, footprint);
     const scene::MeshLight& l = scene_.mesh_lights[placed->light];
-    if (onlooker == Onlooker::Eye && l.shows_material)
+    if (emission_receiver == EmissionReceiver::Camera && l.shows_material)
         return materials_.emission(point, wo, footprint);
     const Rgb Le = unshaped(*placed, point, wo, footprint);
     if (placed->shaping == scene::none) return Le;
@@ -178,7 +179,7 @@ Rgb SurfaceEmission::unshaped(const Placed& placed,
                               const geometry::SurfacePoint& point,
                               const Vec3& wo,
                               float footprint) const {
-    const bool is_tinted = scene_.mesh_lights[placed.light].is_tinted_by_glow;
+    const bool is_tinted = scene_.mesh_lights[placed.light].is_tinted_by_emission;
     return is_tinted ? placed.Le * materials_.emission(point, wo, footprint) : placed.Le;
 }
 
@@ -186,7 +187,7 @@ bool SurfaceEmission::is_constant(uint32_t instance,
                                   uint32_t shape,
                                   scene::MaterialId material) const {
     const Placed* placed = find(instance, shape);
-    if (placed && !scene_.mesh_lights[placed->light].is_tinted_by_glow) return true;
+    if (placed && !scene_.mesh_lights[placed->light].is_tinted_by_emission) return true;
     return material >= scene_.materials.size() ||
            scene_.materials[material].emissive_color.source == scene::Input::Source::Constant;
 }

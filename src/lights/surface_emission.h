@@ -20,13 +20,14 @@ class MaterialEvaluator;
 
 namespace velatura::lights {
 
-/// Who looks at an emissive surface. A mesh light may light the scene otherwise than it looks.
-enum class Onlooker : uint8_t {
-    Eye,        ///< the camera, also by way of delta scattering
-    Scattering  ///< what scatters without delta, and may look by light sampling: it is lit
+/// Receiver of emitted light. A mesh light can have one radiance for the camera and another one for
+/// illumination.
+enum class EmissionReceiver : uint8_t {
+    Camera,     ///< the camera, directly or by delta scattering
+    Scattering  ///< a non-delta scattering event, by light or BSDF sampling: illumination
 };
 
-/// What the surfaces of a scene emit, by their materials or as mesh lights. Immutable, safe to
+/// Emission of the surfaces of a scene, by their materials or as mesh lights. Immutable, safe to
 /// share among threads; the scene, the geometry and the materials must outlive it.
 class SurfaceEmission {
   public:
@@ -36,32 +37,32 @@ class SurfaceEmission {
                     const shading::MaterialEvaluator& materials,
                     Diagnostics& diagnostics);
 
-    /// Whether any surface may light the scene.
+    /// True when some surface can illuminate the scene.
     bool has_any() const;
 
-    /// Whether triangles of this material on this shape may light the scene. Args: instance: none
-    /// for shapes placed directly.
-    bool may_light(uint32_t instance, uint32_t shape, scene::MaterialId material) const;
+    /// True when triangles of this material on this shape can illuminate the scene.
+    /// Args: instance: scene::none for shapes placed directly.
+    bool can_light(uint32_t instance, uint32_t shape, scene::MaterialId material) const;
 
-    /// Whether somebody may see the point emit, at the cost of two comparisons for most points.
-    bool may_emit(const geometry::SurfacePoint& point) const;
+    /// True when the point can emit towards some receiver; two comparisons for most points.
+    bool can_emit(const geometry::SurfacePoint& point) const;
 
-    /// Radiance towards wo (unit), not weighed by presence.
+    /// Emitted radiance towards wo (unit, render space), not multiplied by presence.
     Rgb radiance(const geometry::SurfacePoint& point,
                  const Vec3& wo,
                  float footprint,
-                 Onlooker onlooker) const;
+                 EmissionReceiver emission_receiver) const;
 
-    /// Whether mean_radiance() is the same all over triangles of this material.
+    /// True when mean_radiance() is constant over triangles of this material.
     bool is_constant(uint32_t instance, uint32_t shape, scene::MaterialId material) const;
 
-    /// The light that the shape is; null when it is none.
+    /// Mesh light of the shape; null when it has none.
     const scene::MeshLight* light(uint32_t instance, uint32_t shape) const;
 
-    /// How much stronger the shape shines on one instance of its prototype than on another.
+    /// Ratio of the emission of a shape on two instances of its prototype.
     double ratio(uint32_t instance, uint32_t other, uint32_t shape) const;
 
-    /// Radiance by which the point lights the scene, averaged over all directions.
+    /// Radiance for illumination, averaged over all directions.
     Rgb mean_radiance(const geometry::SurfacePoint& point, float footprint) const;
 
   private:
@@ -83,7 +84,7 @@ class SurfaceEmission {
                  const Vec3& wo,
                  float footprint) const;
     const Placed* find(uint32_t instance, uint32_t shape) const;
-    Placed place(uint32_t light, double area, const Mat4d& render_from_holder);
+    Placed place(uint32_t light, double area, const Mat4d& render_from_parent);
     void place_direct();
     void place_instances();
     void warn_without_area(uint32_t light, Diagnostics& diagnostics) const;

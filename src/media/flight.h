@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/math.h"
-#include "media/body_medium.h"
+#include "media/homogeneous_medium.h"
 
 #include <limits>
 #include <utility>
@@ -16,12 +16,12 @@ class Medium;
 struct Flight {
     const Medium* medium = nullptr;  ///< that it collided with; null: none, or what is around
     float t = std::numeric_limits<float>::infinity();  ///< of the collision; else it got through
-    /// What arrives there or at the end is to be weighed with: 1 in grey matter. The albedo is not
-    /// in it.
+    /// What arrives there or at the end is to be weighed with: 1 in a gray medium. The albedo is
+    /// not in it.
     Rgb weight = Rgb(1.0f);
     Rgb emitted = Rgb(0.0f);  ///< radiance given on the way, as seen from its start
     bool is_capped = false;   ///< no more was done: nothing arrives at the end
-    FreeWay around =
+    FreePath around =
         {};  ///< through whatever else fills the space; its weights are not in the others
     /// (t, weight from there on), ascending.
     std::vector<std::pair<float, Rgb>> changes;

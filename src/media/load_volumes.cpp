@@ -38,8 +38,8 @@ void note_lost(Scene& scene, const Volume& volume, std::string_view why) {
 
 class Loader {
   public:
-    Loader(Scene& scene, const VolumeSource& source, size_t most_bytes, Diagnostics& diagnostics)
-        : scene_(scene), source_(source), left_(most_bytes), diagnostics_(diagnostics) {
+    Loader(Scene& scene, const VolumeSource& source, size_t max_bytes, Diagnostics& diagnostics)
+        : scene_(scene), source_(source), left_(max_bytes), diagnostics_(diagnostics) {
         for (const scene::VolumeField& field : scene.volume_fields)
             if (field.voxels) take(field.voxels->bytes());
         is_tried_.resize(scene.volume_fields.size(), false);
@@ -120,9 +120,9 @@ bool needs_grids(const Scene& scene) {
 
 void load_volumes(Scene& scene,
                   const VolumeSource& source,
-                  size_t most_bytes,
+                  size_t max_bytes,
                   Diagnostics& diagnostics) {
-    Loader loader(scene, source, most_bytes, diagnostics);
+    Loader loader(scene, source, max_bytes, diagnostics);
     std::erase_if(scene.volumes, [&](const Volume& v) {
         if (!is_something(scene, v)) return false;
         if (!loader.load(v)) {

@@ -27,7 +27,7 @@ Box3 placed_bounds(const VoxelGrid& grid, const Mat4d& render_from_lattice) {
     return bounds;
 }
 
-/// Colour of a black body of luminance 1, by a table of steps of 100 K.
+/// Color of a black body of luminance 1, by a table of steps of 100 K.
 Rgb glow_color(const std::vector<Rgb>& colors, float kelvin) {
     if (colors.empty()) return Rgb(1.0f);
     const float x = std::clamp(kelvin / 100.0f, 0.0f, float(colors.size() - 1));
@@ -35,7 +35,8 @@ Rgb glow_color(const std::vector<Rgb>& colors, float kelvin) {
     return colors[i] + (colors[i + 1] - colors[i]) * (x - float(i));
 }
 
-/// Matter below the Draper point, 798 K, does not glow to the eye: faded in over the last 100 K.
+/// A medium below the Draper point, 798 K, does not glow to the eye: faded in over the last
+/// 100 K.
 float visible_share(float kelvin) {
     return std::clamp((kelvin - 700.0f) / 100.0f, 0.0f, 1.0f);
 }
@@ -60,7 +61,7 @@ Medium::Medium(const scene::Scene& scene,
     const double cell = std::cbrt(std::abs(determinant3(render_from_lattice)));
     meeting_rate_ = float(meetings_per_brick / (cell * VoxelGrid::brick_cells));
     for (const VoxelGrid::Brick& brick : field_.grid->bricks)
-        whole_.most = std::max(whole_.most, brick.most);
+        whole_.max = std::max(whole_.max, brick.max);
 }
 
 PlacedGrid Medium::place(const scene::Scene& scene,
@@ -83,9 +84,9 @@ std::optional<Medium> Medium::extinction(const scene::Scene& scene,
     if (v.density == scene::none || !scene.volume_fields[v.density].voxels) return std::nullopt;
     Medium medium(scene, volume, v.density, options);
     const Rgb& color = v.optics.extinction_color;
-    const float most = max_component(color);
-    medium.largest_sigma_ = v.optics.density_scale * most;
-    if (most > 0.0f) medium.channels_ = color / most;
+    const float max = max_component(color);
+    medium.largest_sigma_ = v.optics.density_scale * max;
+    if (max > 0.0f) medium.channels_ = color / max;
     medium.is_gray_ = color.x == color.y && color.y == color.z;
     return medium;
 }
@@ -116,17 +117,17 @@ BrickWalk Medium::walk(const Vec3& o, const Vec3& d, float begin, float end) con
 }
 
 float Medium::majorant(const VoxelGrid::Brick& brick) const {
-    if (gives_light_) return brick.most > 0.0f ? meeting_rate_ : 0.0f;
+    if (gives_light_) return brick.max > 0.0f ? meeting_rate_ : 0.0f;
     const float margin = brick.is_constant() ? 1.0f : interpolation_margin;
-    return brick.most * largest_sigma_ * margin * options_.majorant_factor;
+    return brick.max * largest_sigma_ * margin * options_.majorant_factor;
 }
 
 float Medium::minorant(const VoxelGrid::Brick& brick) const {
-    return brick.least * largest_sigma_ * options_.majorant_factor;
+    return brick.min * largest_sigma_ * options_.majorant_factor;
 }
 
 float Medium::field(const BrickSpan& span, const Vec3& o, const Vec3& d, float t) const {
-    if (span.brick->is_constant()) return span.brick->least;
+    if (span.brick->is_constant()) return span.brick->min;
     const Vec3 p = transform_point(o + d * t, field_.lattice_from_render);
     if (has_one_majorant()) return number_at(*field_.grid, p);
     return number_in(*field_.grid, *span.brick, p - span.first);

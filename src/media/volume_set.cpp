@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "media/volume_set.h"
 
-#include "media/meetings.h"
+#include "media/tentative_collisions.h"
 #include "scene/effect_calls.h"
 
 #include <algorithm>
@@ -11,9 +11,9 @@ namespace velatura::media {
 
 namespace {
 
-/// Meetings of one segment before it is cut, and counted: a hot voxel in much empty space that is
-/// one brick with it would take minutes.
-constexpr uint32_t most_meetings = 1u << 22;
+/// TentativeCollisions of one segment before it is cut, and counted: a hot voxel in much empty
+/// space that is one brick with it would take minutes.
+constexpr uint32_t max_tentative_collisions = 1u << 22;
 
 /// Light below this share goes on by roulette.
 constexpr float roulette_below = 1.0f / 16.0f;
@@ -27,14 +27,14 @@ float largest(const Rgb& c) {
 }
 
 /// The meeting that comes first; null: none is left before the end.
-Meetings* first_of(std::vector<Meetings>& all) {
-    Meetings* first = nullptr;
-    for (Meetings& m : all)
+TentativeCollisions* first_of(std::vector<TentativeCollisions>& all) {
+    TentativeCollisions* first = nullptr;
+    for (TentativeCollisions& m : all)
         if (!first || m.t() < first->t()) first = &m;
     return first;
 }
 
-void remove(std::vector<Meetings>& all, Meetings* gone) {
+void remove(std::vector<TentativeCollisions>& all, TentativeCollisions* gone) {
     *gone = all.back();
     all.pop_back();
 }
@@ -49,7 +49,7 @@ struct Tracker {
     TrackingCounts& counts;
 
     /// Decides what the meeting is: a collision, or nothing.
-    bool collides(const Meetings& at) {
+    bool collides(const TentativeCollisions& at) {
         const Medium& medium = at.medium();
         const float majorant = at.rate();
         const float extinction = medium.extinction(medium.field(at.span(), o, d, at.t()));
@@ -86,14 +86,14 @@ void VolumeSet::fly(const Vec3& o,
                     const Vec3& d,
                     float t_max,
                     const Rgb& carried,
-                    const FreeWay& around,
+                    const FreePath& around,
                     sampling::RandomStream numbers,
                     Flight& out,
                     TrackingCounts& counts) const {
     out.clear();
     out.around = around;
     t_max = std::min(t_max, around.end);
-    thread_local std::vector<Meetings> met;
+    thread_local std::vector<TentativeCollisions> met;
     met.clear();
     for (const Medium& medium : media_) {
         float begin = 0.0f, end = t_max;
@@ -102,12 +102,12 @@ void VolumeSet::fly(const Vec3& o,
     const bool is_absorbing = !is_black(around.extinction);
     Tracker tracker{o, d, carried, numbers, out, counts};
     for (uint32_t i = 0; !met.empty(); ++i) {
-        if (i == most_meetings) {
+        if (i == max_tentative_collisions) {
             ++counts.capped;
             out.is_capped = true;
             return;
         }
-        Meetings* const at = first_of(met);
+        TentativeCollisions* const at = first_of(met);
         if (at->has_begun()) {
             scene::count_call(scene::Effect::Volumes);
             if (at->medium().gives_light()) {
@@ -121,7 +121,7 @@ void VolumeSet::fly(const Vec3& o,
                 return;
             }
         }
-        if (!at->go_on(numbers)) remove(met, at);
+        if (!at->next_collision(numbers)) remove(met, at);
     }
 }
 
@@ -140,11 +140,11 @@ Rgb VolumeSet::transmittance(const Vec3& o,
         BrickWalk walk = medium.walk(o, d, begin, end);
         BrickSpan span;
         double certain = 0.0;  // optical way by the minorants
-        double way = free_way(numbers);
+        double way = free_path(numbers);
         while (walk.next(span)) {
-            const float least = medium.minorant(*span.brick);
-            const float rate = medium.majorant(*span.brick) - least;
-            certain += double(least) * (double(span.end) - double(span.begin));
+            const float min = medium.minorant(*span.brick);
+            const float rate = medium.majorant(*span.brick) - min;
+            certain += double(min) * (double(span.end) - double(span.begin));
             auto t = double(span.begin);
             while (rate > 0.0f) {
                 const double rest = double(rate) * (double(span.end) - t);
@@ -153,19 +153,19 @@ Rgb VolumeSet::transmittance(const Vec3& o,
                     break;
                 }
                 t += way / double(rate);
-                way = free_way(numbers);
+                way = free_path(numbers);
                 scene::count_call(scene::Effect::Volumes);
                 const float extinction = medium.extinction(medium.field(span, o, d, float(t)));
-                if (extinction > rate + least) ++counts.violations;
-                passed *= Rgb(1.0f) - medium.channels() * ((extinction - least) / rate);
-                const float most = largest(passed);
-                if (++met >= most_meetings) {
+                if (extinction > rate + min) ++counts.violations;
+                passed *= Rgb(1.0f) - medium.channels() * ((extinction - min) / rate);
+                const float max = largest(passed);
+                if (++met >= max_tentative_collisions) {
                     ++counts.capped;
                     return Rgb(0.0f);
                 }
-                if (most >= roulette_below) continue;
-                if (numbers.next() * double(roulette_below) >= double(most)) return Rgb(0.0f);
-                passed *= roulette_below / most;
+                if (max >= roulette_below) continue;
+                if (numbers.next() * double(roulette_below) >= double(max)) return Rgb(0.0f);
+                passed *= roulette_below / max;
             }
         }
         passed *= exponential(medium.channels(), float(certain));

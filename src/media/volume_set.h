@@ -13,7 +13,7 @@
 
 namespace velatura::media {
 
-/// What went wrong on the way through matter.
+/// What went wrong on the path through media.
 struct TrackingCounts {
     uint64_t violations = 0;  ///< extinctions above their bound; see VolumeSet
     uint64_t capped = 0;      ///< ways that were cut because of too many meetings
@@ -25,7 +25,7 @@ struct TrackingCounts {
     }
 };
 
-/// All matter of a scene that is not surface.
+/// All participating media of a scene.
 ///
 /// Rays meet each medium at the points of a Poisson process whose rate is a bound of the extinction
 /// in the brick that they go through. A meeting is a collision with the probability extinction over
@@ -52,13 +52,13 @@ class VolumeSet {
              const Vec3& d,
              float t_max,
              const Rgb& carried,
-             const FreeWay& around,
+             const FreePath& around,
              sampling::RandomStream numbers,
              Flight& out,
              TrackingCounts& counts) const;
 
     /// Share of light that gets from o to o + t_max·d: an estimate with that mean, in [0, 1] but
-    /// for rare survivors of roulette in thick matter. casters: what may take light; null: all.
+    /// for rare survivors of roulette in thick media. casters: what may take light; null: all.
     Rgb transmittance(const Vec3& o,
                       const Vec3& d,
                       float t_max,

@@ -22,7 +22,7 @@ struct GridRequest {
     int index = 0;          ///< among the grids of that name
     bool is_color = false;  ///< three channels will do, too
     scene::GridKind kind = scene::GridKind::Densities;
-    size_t most_bytes = SIZE_MAX;  ///< that the grid may take; nor may reading it
+    size_t max_bytes = SIZE_MAX;  ///< that the grid may take; nor may reading it
 };
 
 /// What reads grids of voxels from files.
@@ -30,7 +30,7 @@ class VolumeSource {
   public:
     virtual ~VolumeSource() = default;
 
-    /// The grid, its numbers those that the file gives at voxel centres. Outside of the box of its
+    /// The grid, its numbers those that the file gives at voxel centers. Outside of the box of its
     /// active voxels numbers are that of empty space; what is no number is 0. Densities are not
     /// below 0; the numbers of a level set are outside of it where the file does not tell. Does not
     /// throw.

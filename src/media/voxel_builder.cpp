@@ -39,21 +39,21 @@ void VoxelGridBuilder::add(const Vec3i& brick, std::span<const float> values) {
                    "a brick has 9³ points");
     // Clean the numbers and find their bounds
     const size_t first = grid_.values.size();
-    float least = std::numeric_limits<float>::infinity(), most = -least;
+    float min = std::numeric_limits<float>::infinity(), max = -min;
     for (const float v : values) {
         const float number = clean(v);
         grid_.values.push_back(number);
-        least = std::min(least, number);
-        most = std::max(most, number);
+        min = std::min(min, number);
+        max = std::max(max, number);
     }
     uint32_t id = 0;
-    if (least == most) {
+    if (min == max) {
         grid_.values.resize(first);
-        id = constant_brick(least);
+        id = constant_brick(min);
         if (id == 0) return;
     } else {
         id = uint32_t(grid_.bricks.size());
-        grid_.bricks.push_back({least, most, first});
+        grid_.bricks.push_back({min, max, first});
     }
     constexpr int n = VoxelGrid::node_bricks;
     const Vec3i node = brick / n;

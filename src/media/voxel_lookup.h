@@ -42,7 +42,7 @@ struct CellPoint {
 
 /// Number in a brick at lattice coordinates from its first point.
 inline float number_in(const VoxelGrid& grid, const VoxelGrid::Brick& brick, const Vec3& local) {
-    if (brick.is_constant()) return brick.least;
+    if (brick.is_constant()) return brick.min;
     return CellPoint(local)(grid.values.data() + brick.first_value, grid.channels, 0);
 }
 
@@ -85,10 +85,10 @@ inline float number_at(const VoxelGrid& grid, const Vec3& p) {
     });
 }
 
-/// Colour at lattice coordinates; grey where the grid has one channel.
+/// Color at lattice coordinates; gray where the grid has one channel.
 inline Rgb color_at(const VoxelGrid& grid, const Vec3& p) {
     return at_point(grid, p, [&](const VoxelGrid::Brick& brick, const Vec3& local) {
-        if (brick.is_constant()) return Rgb(brick.least);
+        if (brick.is_constant()) return Rgb(brick.min);
         const CellPoint cell(local);
         const float* const values = grid.values.data() + brick.first_value;
         if (grid.channels == 1) return Rgb(cell(values, 1, 0));

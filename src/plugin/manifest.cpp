@@ -160,13 +160,13 @@ class ManifestParser {
     void set_memory(const Piece& key, const Piece& value) {
         if (manifest_.memory_bytes != 0)
             return fail(key.column, "expected one memory, found another");
-        constexpr size_t megabyte = 1000000, most = 100000;
+        constexpr size_t megabyte = 1000000, max = 100000;
         size_t megabytes = 0;
         const char* end = value.text.data() + value.text.size();
         const auto parsed = std::from_chars(value.text.data(), end, megabytes);
-        if (parsed.ec != std::errc() || parsed.ptr != end || megabytes == 0 || megabytes > most)
+        if (parsed.ec != std::errc() || parsed.ptr != end || megabytes == 0 || megabytes > max)
             return fail(value.column, fmt::format("expected megabytes from 1 to {}, found \"{}\"",
-                                                  most, value.text));
+                                                  max, value.text));
         manifest_.memory_bytes = megabytes * megabyte;
     }
 

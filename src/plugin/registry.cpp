@@ -45,7 +45,7 @@ void* open_library(const std::string& path, size_t bytes) {
     if (void* const opened = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NOLOAD))
         return opened;
     if (MemoryLimit::is_set() && bytes > MemoryLimit::left()) throw std::bad_alloc();
-    const MemoryLimit::Lifted lifted;
+    const MemoryLimit::Suspension lifted;
     return ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
 }
 
@@ -173,13 +173,13 @@ const void* open_interface(const Manifest& manifest,
                            std::string_view interface_name,
                            uint32_t version,
                            Diagnostics& diagnostics) {
-    const auto refuse = [&](std::string message) -> const void* {
+    const auto reject = [&](std::string message) -> const void* {
         diagnostics.error("plugin-abi", manifest.abi_loc, {}, std::move(message));
         return nullptr;
     };
     // Before anything of it is run
     if (manifest.abi != abi_version)
-        return refuse(fmt::format("plugin {}: expected ABI {}, found {}", manifest.name,
+        return reject(fmt::format("plugin {}: expected ABI {}, found {}", manifest.name,
                                   abi_version, manifest.abi));
     const PluginInfo* info = load(manifest, diagnostics);
     if (!info) return nullptr;
@@ -187,10 +187,10 @@ const void* open_interface(const Manifest& manifest,
         const InterfaceEntry& entry = info->interfaces[i];
         if (entry.name != interface_name) continue;
         if (entry.version == version && entry.object) return entry.object;
-        return refuse(fmt::format("plugin {}: expected version {} of {}, found {}", manifest.name,
+        return reject(fmt::format("plugin {}: expected version {} of {}, found {}", manifest.name,
                                   version, interface_name, entry.version));
     }
-    return refuse(fmt::format("plugin {}: does not provide {}, which its manifest lists",
+    return reject(fmt::format("plugin {}: does not provide {}, which its manifest lists",
                               manifest.name, interface_name));
 }
 

@@ -9,9 +9,11 @@
 
 namespace velatura::render {
 
-/// What `--accel NAME` stands for: nullptr for the own tree ("bvh"), which opens no plugin. Nothing
-/// when no plugin brings the name or it cannot be loaded, which is reported: somebody who compares
-/// accelerators must not get the own one instead.
+/// Accelerator of `--accel NAME`.
+/// Returns: nullptr for the built-in BVH ("bvh"), which opens no plugin; nullopt when no plugin
+///          provides the name or it cannot be loaded.
+/// Errors:  that plugin error, in `diagnostics`. There is no fallback to the built-in BVH: renders
+///          that compare accelerators must not use it unnoticed.
 std::optional<const accel::AcceleratorFactory*> find_accelerator(const std::string& name,
                                                                  Diagnostics& diagnostics);
 

@@ -5,7 +5,8 @@
 
 namespace velatura::render {
 
-/// Reads light textures from disk, decoded to scene-linear colour.
+/// Loader of light textures for lights::LightSet: reads image files, decodes them to scene-linear
+/// color.
 lights::ImageLoader make_light_image_loader();
 
 }  // namespace velatura::render

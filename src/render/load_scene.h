@@ -11,16 +11,18 @@
 
 namespace velatura::render {
 
+/// How load_scene() reads a stage.
 struct LoadOptions {
-    /// Its time is that of `frame`.
-    translate::TranslateOptions translate = {};
-    std::optional<double> frame = {};      ///< nothing: the start of the stage, as usdrecord has it
-    std::optional<double> volume_gb = {};  ///< grids may take that; nothing: half of the machine's
+    translate::TranslateOptions translate = {};  ///< its time is overwritten by `frame`
+    std::optional<double> frame = {};      ///< time code; nullopt: start of the stage, as usdrecord
+    std::optional<double> volume_gb = {};  ///< memory limit of grids [GB]; nullopt: half of the
+                                           ///< machine's memory
 };
 
-/// Opens and composes a stage, translates one frame of it and reads the grids of its volumes: what
-/// a Renderer takes. What is wrong with the scene is said by diagnostics, and the rest goes on.
-/// Errors: those of Stage::open and translate_stage, which leave no scene.
+/// Opens and composes a stage, translates one frame of it and reads the grids of its volumes.
+/// Returns: a scene for a Renderer.
+/// Errors:  those of Stage::open and translate_stage. Errors and warnings of parts of the scene go
+///          to `diagnostics`; these parts fall back or are skipped.
 Result<scene::Scene> load_scene(const std::string& path,
                                 const LoadOptions& options,
                                 Diagnostics& diagnostics);

@@ -37,7 +37,7 @@ image::Matrix44 to_floats(const Matrix& m) {
 
 }  // namespace
 
-double Learned::seconds() const {
+double PrepassResults::seconds() const {
     return guide.seconds + branches.seconds + (roulette ? roulette->seconds : 0.0) +
            (bounces ? bounces->seconds : 0.0);
 }
@@ -188,17 +188,17 @@ void Renderer::set_shape_visible(size_t shape, bool is_visible) {
 /// Of what was learned, as far as it was by now.
 integrator::PathTracerOptions Renderer::trial_options() const {
     integrator::PathTracerOptions options = settings_.tracer;
-    if (learned_->guide.is_used) options.guide = &learned_->guide.field;
-    if (learned_->roulette) options.roulette = &learned_->roulette->gains;
+    if (prepass_->guide.is_used) options.guide = &prepass_->guide.field;
+    if (prepass_->roulette) options.roulette = &prepass_->roulette->gains;
     options.caustics = caustics_.get();
     options.disable_lens = scene_->settings.disable_depth_of_field;
     return options;
 }
 
-/// Those of the picture, for which trial paths did without what is only written.
-integrator::PathTracerOptions Renderer::picture_options() const {
+/// Those of the image, for which trial paths did without what is only written.
+integrator::PathTracerOptions Renderer::image_options() const {
     integrator::PathTracerOptions options = trial_options();
-    if (settings_.splits) options.branches = &learned_->branches.map;
+    if (settings_.splits) options.branches = &prepass_->branches.map;
     options.mattes = mattes_.get();
     options.deep = settings_.deep.has_value();
     return options;
@@ -207,26 +207,26 @@ integrator::PathTracerOptions Renderer::picture_options() const {
 void Renderer::learn(const std::atomic<bool>* stop) {
     VELATURA_CHECK(world_ != nullptr, "build() comes before learn()");
     caustics_ = integrator::make_caustic_sampler(settings_.caustics, *world_);
-    learned_ = std::make_unique<Learned>();
-    learned_->guide = integrator::train_guide(*world_, trial_options(), settings_.guiding, stop);
+    prepass_ = std::make_unique<PrepassResults>();
+    prepass_->guide = integrator::train_guide(*world_, trial_options(), settings_.guiding, stop);
     if (settings_.tracer.estimator.roulette == integrator::Roulette::Efficiency)
-        learned_->roulette = integrator::try_roulette(*world_, trial_options(), stop);
+        prepass_->roulette = integrator::try_roulette(*world_, trial_options(), stop);
     layers_ = settings_.layers;
-    if (settings_.least_bounce_share) {
-        learned_->bounces =
+    if (settings_.min_bounce_share) {
+        prepass_->bounces =
             integrator::try_bounces(*world_, trial_options(), layers_.last_bounce, stop);
         layers_.last_bounce =
-            learned_->bounces->last_bounce(*settings_.least_bounce_share, layers_.last_bounce);
+            prepass_->bounces->last_bounce(*settings_.min_bounce_share, layers_.last_bounce);
     }
     mattes_ =
         layers_.has_mattes() ? std::make_unique<const integrator::MatteIds>(*scene_) : nullptr;
     if (settings_.splits)
-        learned_->branches = integrator::try_branches(*world_, trial_options(), window(), stop);
-    tracer_ = std::make_unique<const integrator::PathTracer>(*world_, layers_, picture_options());
+        prepass_->branches = integrator::try_splitting(*world_, trial_options(), window(), stop);
+    tracer_ = std::make_unique<const integrator::PathTracer>(*world_, layers_, image_options());
 }
 
 std::unique_ptr<const integrator::PathTracer> Renderer::make_tracer(uint64_t seed) const {
-    integrator::PathTracerOptions options = picture_options();
+    integrator::PathTracerOptions options = image_options();
     options.seed = seed;
     return std::make_unique<const integrator::PathTracer>(*world_, layers_, options);
 }
@@ -278,7 +278,7 @@ integrator::RenderResult Renderer::advance(const integrator::RenderCallbacks& ca
     if (!film_) start_film(film::FilmOptions{});
     integrator::RenderOptions options = settings_.schedule;
     if (options.time_budget_s > 0)
-        options.time_budget_s = std::max(options.time_budget_s - learned_->seconds(), 1e-6);
+        options.time_budget_s = std::max(options.time_budget_s - prepass_->seconds(), 1e-6);
     integrator::RenderResult result = integrator::run_schedule(
         *film_, options,
         [this](int x, int y, uint64_t sample, film::SampleRadiance& out,

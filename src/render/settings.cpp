@@ -11,7 +11,7 @@ film::LayerSet with_rows(film::LayerSet layers, const scene::Scene& scene) {
     if (layers.caster_layers)
         for (const scene::Caster& c : scene.casters.list)
             layers.casters.push_back({c.name, c.prim});
-    layers.normalise_names();
+    layers.normalize_names();
     return layers;
 }
 
@@ -24,12 +24,12 @@ integrator::EffectPlan plan_effects(const Settings& settings, scene::Scene& scen
     options.splits = settings.splits;
     options.is_adaptive = settings.schedule.adaptive;
     options.is_deep = settings.deep.has_value();
-    options.left_out = settings.left_out;
+    options.omitted = settings.omitted;
     options.force_all = settings.force_all;
     integrator::EffectPlan plan = integrator::make_plan(scene, options);
     for (size_t i = 0; i < scene::effect_count; ++i)
-        if (plan.entries[i].state == integrator::EffectState::LeftOut)
-            integrator::leave_out(scene, scene::Effect(i));
+        if (plan.entries[i].state == integrator::EffectState::Omitted)
+            integrator::omit(scene, scene::Effect(i));
     return plan;
 }
 

@@ -15,39 +15,40 @@
 
 namespace velatura::render {
 
-/// How a scene is rendered, beside what its own RenderSettings say (size, lens, shutter).
+/// Settings of a render, in addition to the scene's own RenderSettings (resolution, lens, shutter).
 struct Settings {
-    integrator::RenderOptions schedule = {};
+    integrator::RenderOptions schedule = {};  ///< spp, seed, time budget, target error, tiles
 
-    /// What trials find, caustics and mattes are filled in by the Renderer; what is set here stays
-    /// where no trial runs.
+    /// The Renderer fills in the results of the prepass, caustics and mattes; what is set here is
+    /// used where no prepass runs.
     integrator::PathTracerOptions tracer = {};
 
-    film::LayerSet layers = {};  ///< with the rows of the light mixer, see with_rows()
+    film::LayerSet layers = {};  ///< light layers of the file, see with_rows()
 
-    /// layers.last_bounce is the most, and the last bounce that has this share of the light is
-    /// stored. Nothing: all up to layers.last_bounce.
-    std::optional<double> least_bounce_share = {};
+    /// Stores bounces up to the last one with this fraction of the light, at most
+    /// layers.last_bounce. nullopt: all up to layers.last_bounce.
+    std::optional<double> min_bounce_share = {};
 
-    /// Where width and height are 0 they come from the scene, and expected_rays from the schedule.
+    /// width and height of 0 are those of the scene; 0 expected_rays is the schedule's.
     integrator::WorldOptions world = {};
 
     integrator::Guiding guiding = integrator::Guiding::Auto;
     integrator::Caustics caustics = integrator::Caustics::Path;
-    bool splits = true;  ///< paths divide where trial paths say that it pays
-    std::optional<film::DeepOptions> deep = {};  ///< a deep picture as well
+    bool splits = true;  ///< path splitting where the prepass finds that it lowers the error
+    std::optional<film::DeepOptions> deep = {};  ///< a deep image as well
 
-    scene::EffectSet left_out = {};  ///< effects that are taken out of the scene
-    bool force_all = false;          ///< effects run though the scene does not call for them
+    scene::EffectSet omitted = {};  ///< effects that are removed from the scene
+    bool force_all = false;         ///< runs all effects, whether or not the scene uses them
 
-    /// The pixels to render; origin top left, may reach beyond the picture. Nothing: the picture.
+    /// Data window [px]: origin top left, overscan allowed. nullopt: the whole image.
     std::optional<film::Window> window = {};
 };
 
-/// The layers with a row for each light group and caster of the scene, and names that no two share.
+/// The layers, with light-group and shadow-caster rows for the scene's groups and casters, under
+/// unique names.
 film::LayerSet with_rows(film::LayerSet layers, const scene::Scene& scene);
 
-/// What the scene calls for. Effects of Settings::left_out are taken out of it.
+/// Plan: the effects that the scene uses. Removes those of Settings::omitted from the scene.
 integrator::EffectPlan plan_effects(const Settings& settings, scene::Scene& scene);
 
 }  // namespace velatura::render

@@ -7,9 +7,10 @@
 
 namespace velatura::render {
 
-/// What makes the scene's subdivision surfaces: the plugin's, opened when the first scene holds a
-/// mesh that asks for it. nullptr where none does, and where the plugin is missing: a warning says
-/// so at the first of the meshes, and they are rendered as their polygons.
+/// Subdivider of the subdivision plugin, which is opened for the first scene with a subdivision
+/// surface.
+/// Returns: nullptr when the scene has none, and when the plugin is missing: one warning at the
+///          first such mesh; all of them are rendered as polygons.
 const geometry::Subdivider* find_subdivider(const scene::Scene& scene, Diagnostics& diagnostics);
 
 }  // namespace velatura::render

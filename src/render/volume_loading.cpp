@@ -20,9 +20,9 @@ const plugin::Need need = {media::volume_source_interface,
 /// The grids of files that the scene may name.
 class AdmittedGrids final : public media::VolumeSource {
   public:
-    /// `may_be_left_out`: grids that memory does not suffice for; else std::bad_alloc is thrown.
-    AdmittedGrids(const media::VolumeSource& source, bool may_be_left_out)
-        : source_(source), may_be_left_out_(may_be_left_out) {}
+    /// `can_be_omitted`: grids that memory does not suffice for; else std::bad_alloc is thrown.
+    AdmittedGrids(const media::VolumeSource& source, bool can_be_omitted)
+        : source_(source), can_be_omitted_(can_be_omitted) {}
 
     Result<scene::VoxelGrid> read(const media::GridRequest& request) const override {
         if (request.file.empty()) return source_.read(request);
@@ -31,30 +31,30 @@ class AdmittedGrids final : public media::VolumeSource {
         media::GridRequest admitted = request;
         admitted.file = *std::move(file);
         Result<scene::VoxelGrid> grid = source_.read(admitted);
-        if (!grid && grid.error().code == "volume-memory" && !may_be_left_out_)
+        if (!grid && grid.error().code == "volume-memory" && !can_be_omitted_)
             throw std::bad_alloc();
         return grid;
     }
 
   private:
     const media::VolumeSource& source_;
-    bool may_be_left_out_;
+    bool can_be_omitted_;
 };
 
 }  // namespace
 
-void load_volumes(scene::Scene& scene, std::optional<double> most_gb, Diagnostics& diagnostics) {
+void load_volumes(scene::Scene& scene, std::optional<double> max_gb, Diagnostics& diagnostics) {
     if (!media::needs_grids(scene)) return;
     const Result<const void*> object = plugin::open_needed(need);
     if (!object) {
         media::drop_volumes(scene, object.error(), diagnostics);
         return;
     }
-    const size_t most = most_gb ? size_t(*most_gb * 1e9) : MemoryLimit::allowed() / 2;
-    // Without a volume it would be another picture: only who says what volumes may take wants that
+    const size_t max = max_gb ? size_t(*max_gb * 1e9) : MemoryLimit::allowed() / 2;
+    // Without a volume it would be another image: only who says what volumes may take wants that
     const AdmittedGrids source(*static_cast<const media::VolumeSource*>(*object),
-                               most_gb.has_value() || !MemoryLimit::is_set());
-    media::load_volumes(scene, source, most, diagnostics);
+                               max_gb.has_value() || !MemoryLimit::is_set());
+    media::load_volumes(scene, source, max, diagnostics);
 }
 
 }  // namespace velatura::render

@@ -8,9 +8,10 @@
 
 namespace velatura::render {
 
-/// Reads the grids of the scene's volumes by the plugin, opened when the first scene holds one
-/// that may be seen. Volumes without their grids are errors, and are left out. most_gb: memory
-/// that grids may take; nothing: half of the machine's.
-void load_volumes(scene::Scene& scene, std::optional<double> most_gb, Diagnostics& diagnostics);
+/// Reads the grids of the scene's visible volumes by the volume plugin, which is opened for the
+/// first scene that has one.
+/// Args:   max_gb: memory limit of the grids [GB]; nullopt: half of the machine's memory.
+/// Errors: a volume without its grids is an error in `diagnostics` and is skipped.
+void load_volumes(scene::Scene& scene, std::optional<double> max_gb, Diagnostics& diagnostics);
 
 }  // namespace velatura::render

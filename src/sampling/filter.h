@@ -19,7 +19,7 @@ std::string_view filter_name(FilterKind kind);
 /// Where in the filter's support a camera sample goes, and its weight. The samples of a pixel are
 /// averaged with weight; the expectation of weight is 1.
 struct FilterSample {
-    Vec2 offset;       ///< pixels from the pixel's centre, within the radius
+    Vec2 offset;       ///< pixels from the pixel's center, within the radius
     float weight = 1;  ///< 1 for filters without negative lobes, else one of two (see PixelFilter)
 };
 
@@ -43,10 +43,10 @@ class PixelFilter {
     /// u in [0,1)², u_part in [0,1): which part, where there are negative lobes.
     FilterSample sample(const Vec2& u, float u_part) const;
 
-    /// The normalised filter at an offset: integrates to 1 over the plane.
+    /// The normalized filter at an offset: integrates to 1 over the plane.
     double evaluate(double x, double y) const { return profile(x) * profile(y); }
 
-    /// ∫|w| of the normalised 2D filter; 1 without negative lobes.
+    /// ∫|w| of the normalized 2D filter; 1 without negative lobes.
     double absolute_integral() const { return absolute_integral_ * absolute_integral_; }
 
   private:

@@ -21,7 +21,7 @@ constexpr int shift_block = 16;
 ///
 /// A digital net over pixels and samples at once: for all a and b up to 8, the first 4^a samples of
 /// an aligned square of 4^b pixels of a block, taken together, put one point into each of the
-/// 4^(a+b) square cells, as the 4^a samples of each pixel do with theirs. Errors of neighbours thus
+/// 4^(a+b) square cells, as the 4^a samples of each pixel do with theirs. Errors of neighbors thus
 /// make up for each other, however many samples there are. The idea of ordering pixels by
 /// hierarchy: Ahmed & Wonka 2020, "Screen-space blue-noise diffusion of Monte Carlo sampling error
 /// via hierarchical ordering of pixels", ACM TOG 39(6); there one sequence is dealt out to pixels

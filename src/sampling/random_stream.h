@@ -8,7 +8,7 @@
 namespace velatura::sampling {
 
 /// As many numbers as it takes, for what asks for an unknown count of them in one go: a walk
-/// through matter. SplitMix64 (Steele, Lea & Flood 2014). A value; equal seeds give equal numbers.
+/// through media. SplitMix64 (Steele, Lea & Flood 2014). A value; equal seeds give equal numbers.
 class RandomStream {
   public:
     /// first: the first number, in [0, 1), which may be of a better sequence.

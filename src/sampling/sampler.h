@@ -12,7 +12,7 @@ struct PixelShift;
 
 /// What a random number is used for. Together with (seed, pixel, sample index, bounce) it is the
 /// whole identity of the number: there is no "next dimension", so switching one effect off never
-/// shifts the numbers of another. Never renumber: pictures depend on the values.
+/// shifts the numbers of another. Never renumber: images depend on the values.
 enum class Purpose : uint32_t {
     PixelFilter = 0,
     Lens = 1,
@@ -37,7 +37,7 @@ enum class Purpose : uint32_t {
     VolumeDistance = 32,
     VolumeDirection = 33,
     VolumeShadow = 34,
-    VolumeOwnShadow = 35,
+    VolumeCustomShadow = 35,
     VolumeChain = 36,
     InteriorDistance = 37,
     SubsurfaceSelect = 40,
@@ -55,8 +55,8 @@ enum class SamplerKind : uint8_t {
     /// estimates of everything, whose difference tells the error. Costs up to 1.5 times the
     /// variance.
     SobolHalves,
-    /// Sobol' points whose errors make up for each other among neighbouring pixels: as good in
-    /// every pixel, better wherever a picture is filtered, scaled down or looked at from afar.
+    /// Sobol' points whose errors make up for each other among neighboring pixels: as good in
+    /// every pixel, better wherever an image is filtered, scaled down or looked at from afar.
     BlueNoise,
     BlueNoiseHalves,  ///< as SobolHalves
     Independent,      ///< hashes: plain Monte Carlo, to compare with

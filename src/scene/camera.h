@@ -26,7 +26,7 @@ struct Camera {
     /// When the shutter is fully open and when it begins to close, in parts of the time that it is
     /// open at all: light rises from 0 to the one and falls to 0 from the other on.
     double shutter_full = 0, shutter_falling = 1;
-    /// Image window for the whole picture: at distance 1 for perspective, in scene units for
+    /// Image window for the whole image: at distance 1 for perspective, in scene units for
     /// orthographic.
     double window_left = -1, window_right = 1, window_bottom = -1, window_top = 1;
     double lens_radius = 0;  ///< scene units; 0 = pinhole

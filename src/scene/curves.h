@@ -12,7 +12,7 @@ namespace velatura::scene {
 size_t segment_count(Curves::Basis basis, Curves::Wrap wrap, size_t vertices);
 
 /// Number of values of a varying primvar on such a curve: one at each end of a segment, those of
-/// neighbours shared.
+/// neighbors shared.
 size_t varying_count(Curves::Basis basis, Curves::Wrap wrap, size_t vertices);
 
 }  // namespace velatura::scene

@@ -35,7 +35,7 @@ constexpr std::array<EffectInfo, effect_count> table = {{
      "diffusely transmitting thin walls evaluated"},
     {Effect::Absorption, Scene, "absorption", "segments inside absorbing solids"},
     {Effect::InteriorMedia, Scene, "interior-media", "segments inside scattering solids"},
-    {Effect::NestedBodies, Scene, "nested-bodies", "surface hits with dielectric priority"},
+    {Effect::NestedDielectrics, Scene, "nested-bodies", "surface hits with dielectric priority"},
     {Effect::Clearcoat, Scene, "clearcoat", "coated surfaces evaluated"},
     {Effect::Anisotropy, Scene, "anisotropy", "brushed surfaces evaluated"},
     {Effect::RoughDiffuse, Scene, "rough-diffuse", "rough diffuse surfaces evaluated"},

@@ -39,7 +39,7 @@ enum class Effect : uint8_t {
     DiffuseTransmission,
     Absorption,
     InteriorMedia,
-    NestedBodies,
+    NestedDielectrics,
     Clearcoat,
     Anisotropy,
     RoughDiffuse,

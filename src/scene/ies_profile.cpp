@@ -56,7 +56,7 @@ double mean_intensity(const IesProfile& p) {
     const size_t count = p.horizontal.size();
     double sum = 0.0;
     for (size_t h = 0; h < count; ++h) {
-        // Bilinear: as far as the middles to the neighbours on both sides
+        // Bilinear: as far as the middles to the neighbors on both sides
         double width = 2.0 * pi_d;
         if (count > 1) {
             const double before = h > 0 ? p.horizontal[h - 1] : p.horizontal.back() - 2.0 * pi_d;

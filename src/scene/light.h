@@ -16,7 +16,7 @@ namespace velatura::scene {
 
 enum class LightKind : uint8_t { Distant, Dome, Rect, Disk, Sphere, Cylinder };
 
-enum class DomeFormat : uint8_t { Automatic, LatLong, MirroredBall, Angular, CubeMapVerticalCross };
+enum class DomeFormat : uint8_t { Automatic, LatLong, MirrorBall, Angular, CubeMapVerticalCross };
 
 /// UsdLuxShapingAPI. A light whose cone nobody authored has none, though the schema's fallback is
 /// 90 degrees: a ShapingAPI without opinions does not halve a sphere.
@@ -39,7 +39,7 @@ struct Light {
     LightKind kind = LightKind::Sphere;
     std::string name;  ///< prim path
     GroupId group = 0;
-    /// Emitted radiance before texture and shaping: colour × blackbody × intensity × 2^exposure,
+    /// Emitted radiance before texture and shaping: color × blackbody × intensity × 2^exposure,
     /// divided by the world-space size where `normalize` is on. For a Distant light of angle 0:
     /// irradiance on a facing surface.
     Rgb Le = Rgb(1.0f);
@@ -53,7 +53,7 @@ struct Light {
     TexelColors texture_colors;
     DomeFormat dome_format = DomeFormat::Automatic;
     /// Dome: windows through which it is seen, unit squares around the origin of their xy planes;
-    /// light comes through them towards −Z. They guide sampling and change no picture.
+    /// light comes through them towards −Z. They guide sampling and change no image.
     std::vector<Mat4d> render_from_portals;
     float diffuse_multiplier = 1.0f, specular_multiplier = 1.0f;
     bool is_camera_visible = true;
@@ -67,17 +67,17 @@ struct Light {
 struct MeshLight {
     std::string name;      ///< prim path
     GroupId group = none;  ///< none: it stands nowhere
-    /// Radiance that it lights other things with, before shaping: colour × blackbody × intensity ×
-    /// 2^exposure, times the material's emission where `is_tinted_by_glow`, divided by the area of
-    /// its placement where `is_normalized`.
+    /// Radiance that it lights other things with, before shaping: color × blackbody × intensity ×
+    /// 2^exposure, times the material's emission where `is_tinted_by_emission`, divided by the area
+    /// of its placement where `is_normalized`.
     Rgb Le = Rgb(1.0f);
-    bool is_tinted_by_glow = false;  ///< materialSyncMode materialGlowTintsLight
+    bool is_tinted_by_emission = false;  ///< materialSyncMode materialGlowTintsLight
     /// The camera and delta reflections see the material's emission instead: every materialSyncMode
     /// but noMaterialResponse.
     bool shows_material = false;
     bool is_normalized = false;
     Shaping shaping;
-    Mat4d holder_from_light;  ///< the prim's own space, whose −Z is the axis of the shaping, in the
+    Mat4d parent_from_light;  ///< the prim's own space, whose −Z is the axis of the shaping, in the
                               ///< space of its shape
     float diffuse_multiplier = 1.0f, specular_multiplier = 1.0f;
     LightLinks links;

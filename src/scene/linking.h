@@ -61,7 +61,7 @@ struct LightLinks {
     Rgb shadow_color = Rgb(0.0f);  ///< how much of its light arrives in full shadow
 
     /// Whether its shadows are not those that geometry casts by itself.
-    bool has_own_shadows() const {
+    bool has_custom_shadows() const {
         return casters != none || shadow_distance < std::numeric_limits<float>::infinity() ||
                !is_black(shadow_color);
     }

@@ -8,9 +8,9 @@ namespace velatura::scene {
 
 namespace {
 
-/// Colours that are left after transmission_depth count as no less where light also scatters: the
+/// Colors that are left after transmission_depth count as no less where light also scatters: the
 /// way of light by infinite extinction has no length to draw.
-constexpr float least_left = 1e-6f;
+constexpr float min_left = 1e-6f;
 
 /// Extinction by which `left` of white light passes a distance of 1.
 float extinction_of(float left) {
@@ -24,26 +24,26 @@ float unit_interval(float v) {
 
 }  // namespace
 
-Matter matter_inside(const Material& m) {
-    if (!may_transmit(m) || m.thin_walled) return {};
-    if (m.matter) return *m.matter;
-    Matter inside;
+MediumProperties medium_properties_inside(const Material& m) {
+    if (!can_transmit(m) || m.thin_walled) return {};
+    if (m.interior) return *m.interior;
+    MediumProperties inside;
     if (!(m.transmission_depth > 0.0f)) return inside;
     const bool scatters = !is_black(m.transmission_scatter);
     for (int c = 0; c < 3; ++c) {
         float left = unit_interval(m.transmission_color.value[c]);
-        if (scatters) left = std::max(left, least_left);
+        if (scatters) left = std::max(left, min_left);
         inside.absorption[c] = extinction_of(left) / m.transmission_depth;
     }
     if (!scatters) return inside;
 
-    // What the colour says is lost to both; where more is scattered than that, all channels get as
+    // What the color says is lost to both; where more is scattered than that, all channels get as
     // much more as the one that lacks most (OpenPBR 1.1, "Translucent base")
     inside.anisotropy = m.transmission_anisotropy;
     inside.scattering = m.transmission_scatter / m.transmission_depth;
     const Rgb rest = inside.absorption - inside.scattering;
-    const float least = std::min({rest.x, rest.y, rest.z, 0.0f});
-    inside.absorption = rest - Rgb(least);
+    const float min = std::min({rest.x, rest.y, rest.z, 0.0f});
+    inside.absorption = rest - Rgb(min);
     return inside;
 }
 

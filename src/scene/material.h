@@ -32,36 +32,36 @@ struct Input {
 };
 
 /// What the surfaces of MaterialX have and UsdPreviewSurface has not. Metal and dielectric differ
-/// in colour here.
-struct SurfaceExtras {
+/// in color here.
+struct MaterialXInputs {
     Input metal_f0 = Input(Rgb(0.0f));   ///< reflectance of what is metallic at normal incidence
     Input metal_f90 = Input(Rgb(1.0f));  ///< and at grazing incidence
     Input specular_tint = Input(Rgb(1.0f));  ///< factor of what a dielectric reflects
     Input coat_ior = Input(1.5f);
     Input diffuse_roughness = Input(0.0f);  ///< of the diffuse base, [0, 1]: EON's r
-    Input sheen = Input(0.0f);              ///< weight of the fibres on top of everything, [0, 1]
+    Input sheen = Input(0.0f);              ///< weight of the fibers on top of everything, [0, 1]
     Input sheen_color = Input(Rgb(1.0f));
     Input sheen_roughness = Input(0.3f);
 };
 
-/// What light does in a fibre with a scaly surface: what a VelaturaHair shader says
+/// What light does in a fiber with a scaly surface: what a VelaturaHair shader says
 /// (docs/reference/usd_support.md).
 struct Hair {
     enum class Absorber : uint8_t { Color, Melanin, Coefficient };
     Absorber absorber =
         Absorber::Melanin;  ///< which of the next three inputs says what the inside absorbs
-    Input color = Input(Rgb(0.5f));  ///< of many fibres together, about
+    Input color = Input(Rgb(0.5f));  ///< of many fibers together, about
     Input eumelanin = Input(1.3f),
           pheomelanin = Input(0.0f);      ///< concentrations; what makes hair dark, and red
-    Input absorption = Input(Rgb(0.0f));  ///< 1 over the radius of the fibre
+    Input absorption = Input(Rgb(0.0f));  ///< 1 over the radius of the fiber
     Input roughness = Input(0.3f),
-          azimuthal_roughness = Input(0.3f);  ///< along the fibre and around it, [0, 1]
+          azimuthal_roughness = Input(0.3f);  ///< along the fiber and around it, [0, 1]
     float ior = 1.55f;
     float cuticle_angle_deg = 2.0f;  ///< by which the scales are tilted
 };
 
-/// What fills a body, by what it does to light [1/scene unit]. Infinite: nothing passes.
-struct Matter {
+/// What fills a solid, by what it does to light [1/scene unit]. Infinite: nothing passes.
+struct MediumProperties {
     Rgb absorption = Rgb(0.0f);
     Rgb scattering = Rgb(0.0f);
     float anisotropy = 0.0f;  ///< mean cosine of a scattering (Henyey-Greenstein)
@@ -91,7 +91,7 @@ struct Material {
     /// ∂p/∂t).
     Input anisotropy = Input(0.0f);
     Input anisotropy_rotation = Input(0.0f);
-    /// A sheet without thickness instead of the boundary of a body: light passes straight, both
+    /// A sheet without thickness instead of the boundary of a solid: light passes straight, both
     /// sides are alike.
     bool thin_walled = false;
     bool is_solid = false;       ///< said to be no thin wall, also on meshes that are open
@@ -100,7 +100,7 @@ struct Material {
     /// none = diffuse_color.
     Input diffuse_transmission = Input(0.0f);
     std::optional<Input> diffuse_transmission_color;
-    /// With transmission_depth > 0 the body absorbs: after this distance (scene units)
+    /// With transmission_depth > 0 the solid absorbs: after this distance (scene units)
     /// transmission_color, a constant, is left of white light. Else it multiplies what crosses the
     /// surface; of a thin wall it is what passes perpendicularly once.
     Input transmission_color = Input(Rgb(1.0f));
@@ -109,16 +109,16 @@ struct Material {
     /// distance, ≥ 0 and may exceed 1.
     Rgb transmission_scatter = Rgb(0.0f);
     float transmission_anisotropy = 0.0f;  ///< mean cosine of such a scattering
-    std::optional<Matter>
-        matter;  ///< fills the body in place of what the inputs of transmission say
-    /// There is no surface: light goes straight on between what is outside and what the body is
+    std::optional<MediumProperties>
+        interior;  ///< fills the solid in place of what the inputs of transmission say
+    /// There is no surface: light goes straight on between what is outside and what the solid is
     /// filled with.
     bool is_bare = false;
-    /// Where bodies overlap the one of the largest number fills the space; among equals the one
+    /// Where solids overlap the one of the largest number fills the space; among equals the one
     /// that was entered last.
     int dielectric_priority = 0;
-    /// How much of what would scatter at the diffuse base scatters inside the body instead, closed
-    /// meshes only. Its colour is that of a large flat piece of it (none = diffuse_color), its
+    /// How much of what would scatter at the diffuse base scatters inside the solid instead, closed
+    /// meshes only. Its color is that of a large flat piece of it (none = diffuse_color), its
     /// radius the way between two scatterings [scene units].
     Input subsurface = Input(0.0f);
     std::optional<Input> subsurface_color;
@@ -130,7 +130,7 @@ struct Material {
     Input normal =
         Input(Rgb(0.0f, 0.0f, 1.0f));  ///< tangent space, already scaled and biased into [-1, 1]
     Input displacement = Input(0.0f);  ///< along the normal, scene units
-    std::optional<SurfaceExtras> extras;
+    std::optional<MaterialXInputs> extras;
     std::optional<Hair> hair;  ///< of curves, which take nothing else from the material; all else
                                ///< shows the rest of it
     ProvenanceId provenance = none;
@@ -164,57 +164,57 @@ void for_each_input(Material& m, Visitor visit) {
 }
 
 /// Opacity cuts holes: somewhere the surface may not be there at all.
-inline bool may_cut(const Material& m) {
+inline bool can_cut(const Material& m) {
     if (!m.presence && !(m.opacity_threshold > 0.0f)) return false;
     const float full = m.opacity_threshold > 0.0f ? m.opacity_threshold : 1.0f;
     return !(is_constant(m.opacity) && m.opacity.value.x >= full);
 }
 
 /// Opacity lets light through what is there.
-inline bool may_transmit(const Material& m) {
+inline bool can_transmit(const Material& m) {
     if (m.presence || m.opacity_threshold > 0.0f) return false;
     return !(is_constant(m.opacity) && m.opacity.value.x >= 1.0f);
 }
 
-inline bool may_transmit_diffusely(const Material& m) {
+inline bool can_transmit_diffusely(const Material& m) {
     return m.thin_walled &&
            !(is_constant(m.diffuse_transmission) && !(m.diffuse_transmission.value.x > 0.0f));
 }
 
 /// Light may scatter inside what the material bounds.
-inline bool may_scatter_below(const Material& m) {
+inline bool can_scatter_below(const Material& m) {
     return !m.thin_walled && !m.hair &&
            !(is_constant(m.subsurface) && !(m.subsurface.value.x > 0.0f));
 }
 
-/// The material bounds a body that displaces others, or is displaced, by more than the order in
+/// The material bounds a solid that displaces others, or is displaced, by more than the order in
 /// which they are entered.
 inline bool has_priority(const Material& m) {
-    return m.dielectric_priority != 0 && may_transmit(m) && !m.thin_walled;
+    return m.dielectric_priority != 0 && can_transmit(m) && !m.thin_walled;
 }
 
 /// What light meets inside of what the material bounds: nothing for most.
-Matter matter_inside(const Material& m);
+MediumProperties medium_properties_inside(const Material& m);
 
-/// The material bounds a body that is not clear inside, whatever scatters there.
-inline bool may_absorb(const Material& m) {
-    if (!may_transmit(m) || m.thin_walled) return false;
-    if (m.matter) return !is_black(m.matter->absorption);
+/// The material bounds a solid that is not clear inside, whatever scatters there.
+inline bool can_absorb(const Material& m) {
+    if (!can_transmit(m) || m.thin_walled) return false;
+    if (m.interior) return !is_black(m.interior->absorption);
     const Rgb& c = m.transmission_color.value;
     return m.transmission_depth > 0.0f && (c.x < 1.0f || c.y < 1.0f || c.z < 1.0f);
 }
 
-/// The material bounds a body in which light scatters.
+/// The material bounds a solid in which light scatters.
 inline bool scatters_inside(const Material& m) {
-    return !is_black(matter_inside(m).scattering);
+    return !is_black(medium_properties_inside(m).scattering);
 }
 
-inline bool may_have_sheen(const Material& m) {
+inline bool can_have_sheen(const Material& m) {
     return m.extras && !(is_constant(m.extras->sheen) && !(m.extras->sheen.value.x > 0.0f)) &&
            !(is_constant(m.extras->sheen_color) && is_black(m.extras->sheen_color.value));
 }
 
-inline bool may_have_rough_base(const Material& m) {
+inline bool can_have_rough_base(const Material& m) {
     return m.extras && !(is_constant(m.extras->diffuse_roughness) &&
                          !(m.extras->diffuse_roughness.value.x > 0.0f));
 }

@@ -71,19 +71,19 @@ V rotated3(const V& a, float degrees, const V& axis) {
 
 /// Hue, saturation and value in [0, 1]. Ref: Smith 1978, "Color Gamut Transform Pairs".
 V hsv_from_rgb(const V& c) {
-    const float most = std::max({c.x, c.y, c.z}), least = std::min({c.x, c.y, c.z});
-    const float span = most - least;
-    if (!(span > 0.0f)) return {0.0f, 0.0f, most, c.w};
+    const float max = std::max({c.x, c.y, c.z}), min = std::min({c.x, c.y, c.z});
+    const float span = max - min;
+    if (!(span > 0.0f)) return {0.0f, 0.0f, max, c.w};
     float h = 0;
-    if (c.x >= most) {
+    if (c.x >= max) {
         h = (c.y - c.z) / span;
-    } else if (c.y >= most) {
+    } else if (c.y >= max) {
         h = 2.0f + (c.z - c.x) / span;
     } else {
         h = 4.0f + (c.x - c.y) / span;
     }
     h /= 6.0f;
-    return {h < 0.0f ? h + 1.0f : h, most > 0.0f ? span / most : 0.0f, most, c.w};
+    return {h < 0.0f ? h + 1.0f : h, max > 0.0f ? span / max : 0.0f, max, c.w};
 }
 
 V rgb_from_hsv(const V& c) {
@@ -128,8 +128,8 @@ V noise_of(PatternOp op, const V& a, bool is_triple) {
 }
 
 V fractal(const V* in, bool is_triple) {
-    constexpr float most_octaves = 32.0f;
-    const int octaves = int(std::clamp(in[1].x, 0.0f, most_octaves));
+    constexpr float max_octaves = 32.0f;
+    const int octaves = int(std::clamp(in[1].x, 0.0f, max_octaves));
     V sum(0.0f), p = in[0];
     float amplitude = 1.0f;
     for (int i = 0; i < octaves; ++i) {

@@ -11,7 +11,7 @@
 namespace velatura::scene {
 
 /// Four numbers that pass between the steps of a pattern: a number stands in all four, of vectors
-/// and colours those beyond the width mean nothing.
+/// and colors those beyond the width mean nothing.
 using PatternValue = Imath::V4f;
 
 /// What a step of a pattern does. a, b, c, d are its inputs.

@@ -25,7 +25,7 @@ bool shows_display_color(const Shape& shape) {
            mesh->face_materials.end();
 }
 
-bool may_cut_display(const Scene& scene) {
+bool can_cut_display(const Scene& scene) {
     const PrimvarId name = find_primvar(scene, display_opacity_primvar);
     if (name == none) return false;
     bool is_found = false;
@@ -58,7 +58,8 @@ bool has_shadow_links(const Scene& scene, const LightLinks& links) {
 bool has_shadow_controls(const Scene& scene, const LightLinks& links) {
     LightLinks by_all = links;
     by_all.casters = none;
-    return by_all.has_own_shadows() || (links.casters != none && !has_shadow_links(scene, links));
+    return by_all.has_custom_shadows() ||
+           (links.casters != none && !has_shadow_links(scene, links));
 }
 
 bool has_shadow_links(const Scene& scene) {

@@ -54,7 +54,7 @@ struct InstanceValue {
 /// One placement of a prototype. Nested instancing is resolved to leaves by `translate`.
 struct Instance {
     uint32_t prototype = 0;
-    Mat4 render_from_prototype;  ///< camera-centred, cast from double
+    Mat4 render_from_prototype;  ///< camera-centered, cast from double
     /// [key − 1] the same at the later keys of an instance that moves, at equal steps over the
     /// shutter; entries go straight on between. Empty = it does not. What gives light does not
     /// move: `translate` promises.
@@ -101,7 +101,7 @@ LinkClass link_class(const Scene& scene, uint32_t instance, ShapeId shape);
 /// Whether a part of the geometry casts the light's shadows, neither all nor none of it.
 bool has_shadow_links(const Scene& scene, const LightLinks& links);
 
-/// Whether its shadows are switched off, end before their time, or are coloured.
+/// Whether its shadows are switched off, end before their time, or are colored.
 bool has_shadow_controls(const Scene& scene, const LightLinks& links);
 
 /// Whether rays ask for classes: some light has shadow links, or is geometry and has casters of its
@@ -120,7 +120,7 @@ PrimvarId intern_primvar(Scene& scene, std::string_view name);
 PrimvarId find_primvar(const Scene& scene, std::string_view name);
 
 /// Whether a surface without a material may not be there somewhere, by its displayOpacity.
-bool may_cut_display(const Scene& scene);
+bool can_cut_display(const Scene& scene);
 
 /// Calls visit(const Shape&) for the shapes placed directly and those of prototypes.
 template <class Visitor>

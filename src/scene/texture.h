@@ -19,7 +19,7 @@ enum class Wrap : uint8_t { UseMetadata, Black, Clamp, Repeat, Mirror };
 /// 3 or 4 channels.
 enum class SourceColorSpace : uint8_t { Auto, Raw, Srgb };
 
-/// The color space of a picture's texels: `curve` comes off before they are filtered, what
+/// The color space of an image's texels: `curve` comes off before they are filtered, what
 /// `decoding` holds after.
 struct TexelColors {
     SourceColorSpace curve = SourceColorSpace::Auto;

@@ -8,18 +8,18 @@ namespace velatura::scene {
 namespace {
 
 /// A field that nobody read may hold anything.
-bool may_be_positive(uint32_t field, const std::vector<VolumeField>& fields) {
+bool can_be_positive(uint32_t field, const std::vector<VolumeField>& fields) {
     if (field == none) return false;
     const VoxelGrid* const voxels = fields[field].voxels.get();
-    return voxels == nullptr || voxels->most() > 0.0f;
+    return voxels == nullptr || voxels->max() > 0.0f;
 }
 
 }  // namespace
 
-float VoxelGrid::most() const {
-    float most = 0.0f;
-    for (const Brick& brick : bricks) most = std::max(most, brick.most);
-    return most;
+float VoxelGrid::max() const {
+    float max = 0.0f;
+    for (const Brick& brick : bricks) max = std::max(max, brick.max);
+    return max;
 }
 
 bool is_level_set(const Volume& volume, const std::vector<VolumeField>& fields) {
@@ -31,15 +31,15 @@ bool is_level_set(const Volume& volume, const std::vector<VolumeField>& fields) 
 bool has_extinction(const Volume& volume, const std::vector<VolumeField>& fields) {
     const VolumeOptics& o = volume.optics;
     return o.density_scale > 0.0f && !is_black(o.extinction_color) &&
-           may_be_positive(volume.density, fields);
+           can_be_positive(volume.density, fields);
 }
 
 bool has_emission(const Volume& volume, const std::vector<VolumeField>& fields) {
     const VolumeOptics& o = volume.optics;
     if (volume.emission != none)
-        return !is_black(o.emission) && may_be_positive(volume.emission, fields);
+        return !is_black(o.emission) && can_be_positive(volume.emission, fields);
     const bool absorbs = o.albedo.x < 1.0f || o.albedo.y < 1.0f || o.albedo.z < 1.0f;
-    return o.blackbody > 0.0f && absorbs && may_be_positive(volume.temperature, fields) &&
+    return o.blackbody > 0.0f && absorbs && can_be_positive(volume.temperature, fields) &&
            has_extinction(volume, fields);
 }
 

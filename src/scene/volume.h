@@ -30,19 +30,18 @@ struct VolumeField {
 struct VolumeOptics {
     float density_scale = 1.0f;        ///< extinction per unit of density
     Rgb extinction_color = Rgb(1.0f);  ///< a factor of it
-    Rgb albedo =
-        Rgb(0.5f);  ///< share of the extinction that scatters; a factor of the colour field
+    Rgb albedo = Rgb(0.5f);  ///< share of the extinction that scatters; a factor of the color field
     float anisotropy = 0.0f;  ///< mean cosine of scattering, see media::HenyeyGreenstein
     /// Emitted radiance per unit of way and of the emission field.
     Rgb emission = Rgb(1.0f);
     float temperature_scale = 1.0f;  ///< kelvin per unit of temperature
     /// Radiance of a black body of 1000 K; others glow by the fourth power.
     float blackbody = 0.0f;
-    /// Colours of black bodies of 0, 100, 200 … kelvin, of luminance 1; empty: no temperature.
+    /// Colors of black bodies of 0, 100, 200 … kelvin, of luminance 1; empty: no temperature.
     std::vector<Rgb> blackbody_colors;
 };
 
-/// Matter that scatters, takes and gives light, by fields. Volumes that overlap add up.
+/// A medium that scatters, absorbs and emits light, by fields. Overlapping volumes add up.
 struct Volume {
     std::string name;  ///< prim path
     Mat4d render_from_volume;

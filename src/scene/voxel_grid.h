@@ -15,7 +15,7 @@ using Vec3i = Imath::V3i;
 /// What the numbers of a grid are.
 enum class GridKind : uint8_t {
     AsStored,   ///< whatever its file says, densities where it says nothing
-    Densities,  ///< or colours, temperatures …: none below 0
+    Densities,  ///< or colors, temperatures …: none below 0
     LevelSet,   ///< distances from a surface, below 0 inside
 };
 
@@ -33,15 +33,15 @@ struct VoxelGrid {
     static constexpr uint32_t is_node = 0x80000000u;  ///< bit of an entry of `nodes`
 
     struct Brick {
-        float least = 0, most = 0;  ///< of all channels
-        size_t first_value = 0;     ///< into `values`; no meaning where least == most
+        float min = 0, max = 0;  ///< of all channels
+        size_t first_value = 0;  ///< into `values`; no meaning where least == most
 
-        bool is_constant() const { return least == most; }
+        bool is_constant() const { return min == max; }
     };
 
     Mat4d volume_from_lattice;    ///< affine
     Vec3i node_count = Vec3i(0);  ///< along each axis; beyond them the number is that of bricks[0]
-    Vec3 box_min = Vec3(0.0f), box_max = Vec3(0.0f);  ///< lattice; matter is within, see Volume
+    Vec3 box_min = Vec3(0.0f), box_max = Vec3(0.0f);  ///< lattice; the medium is within, see Volume
     bool is_level_set = false;
     int channels = 1;             ///< 1 or 3; a brick of 3 is constant only where they are alike
     std::vector<uint32_t> nodes;  ///< [z][y][x] index into bricks, or with is_node into node_bricks
@@ -60,7 +60,7 @@ struct VoxelGrid {
     }
 
     /// Largest number anywhere.
-    float most() const;
+    float max() const;
 };
 
 }  // namespace velatura::scene

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "selftest/checks.h"
 
+#include "selftest/image_checks.h"
 #include "selftest/number_checks.h"
-#include "selftest/picture_checks.h"
 #include "selftest/ray_checks.h"
 
 namespace velatura::selftest {
@@ -16,7 +16,7 @@ std::span<const Check> checks() {
         {"H03", "Do rays hit the surface that they leave?",
          "none, as a ray hits a flat triangle once", self_hits},
         {"H06", "Does the scale of a scene change its image?", "the unscaled image, bit for bit",
-         scaled_picture},
+         scaled_image},
         {"H17", "Are directions transformed to the shading frame without loss?",
          "products in double", frames},
         {"H18", "Is the reflection of nearly perfect mirrors correct?",

@@ -30,9 +30,9 @@ struct Soup {
     }
 };
 
-/// Closed mesh with bumps, seen from its centre all over; around `centre`, where floats round its
+/// Closed mesh with bumps, seen from its center all over; around `center`, where floats round its
 /// corners.
-Soup bumpy_ball(const Vec3d& centre) {
+Soup bumpy_ball(const Vec3d& center) {
     constexpr uint32_t rings = 24, segments = 32;
     Soup ball;
     for (uint32_t i = 0; i <= rings; ++i) {
@@ -41,7 +41,7 @@ Soup bumpy_ball(const Vec3d& centre) {
             const double r = 1.0 + 0.2 * std::sin(5 * theta) * std::sin(theta) * std::cos(7 * phi);
             const Vec3d p(std::sin(theta) * std::cos(phi), std::cos(theta),
                           std::sin(theta) * std::sin(phi));
-            ball.positions.push_back(to_float(centre + p * r));
+            ball.positions.push_back(to_float(center + p * r));
         }
     }
     // One point at each pole
@@ -71,15 +71,15 @@ bool meets_back(const Soup& soup, uint32_t triangle, const geometry::Ray& ray) {
 Finding leaks(uint64_t amount) {
     const uint64_t rays = 100000 * amount;
     uint64_t leaked = 0;
-    for (const Vec3d& centre : {Vec3d(0.0), Vec3d(148376, 1234, -223423)}) {
-        const Soup ball = bumpy_ball(centre);
+    for (const Vec3d& center : {Vec3d(0.0), Vec3d(148376, 1234, -223423)}) {
+        const Soup ball = bumpy_ball(center);
         const auto tree = accel::build_bvh(ball.scene());
         Random random(1);
         for (uint64_t i = 0; i < rays; ++i) {
             const auto& corners = ball.triangles[random.below(uint32_t(ball.triangles.size()))];
             const Vec3 a = ball.positions[corners[0]], b = ball.positions[corners[1]];
             const Vec3 aim = i % 2 == 0 ? a : a + (b - a) * random.unit();
-            const Vec3 eye = to_float(centre) + random.in_cube(0.1f);
+            const Vec3 eye = to_float(center) + random.in_cube(0.1f);
             const geometry::Ray ray{eye, aim - eye};
             leaked += !tree->intersect(ray).is_valid() || !tree->is_occluded(ray);
         }

@@ -32,7 +32,7 @@ double cosine_at(double position, double along) {
 Vec2 anisotropic_alpha(float roughness, float anisotropy) {
     const float ratio = 1.0f - anisotropy;
     const float x = roughness * roughness * std::sqrt(2.0f / (1.0f + ratio * ratio));
-    return {x, std::max(x * ratio, least_alpha)};
+    return {x, std::max(x * ratio, min_alpha)};
 }
 
 Vec3d anisotropy_detail::direction_with(double mu, double along, const Vec2d& alpha) {
@@ -126,7 +126,7 @@ Vec2 AnisotropicAlbedo::alpha_at(int i, int j, int alpha_count, int ratio_count)
     };
     const float x = squared(range_.alpha_low, range_.alpha_high, i, alpha_count);
     const float ratio = squared(range_.ratio_low, range_.ratio_high, j, ratio_count);
-    return {x, std::min(std::max(x * ratio, least_alpha), x)};
+    return {x, std::min(std::max(x * ratio, min_alpha), x)};
 }
 
 void AnisotropicAlbedo::make_row(int table, int row) {

@@ -11,13 +11,13 @@ namespace velatura::shading {
 
 /// GGX widths along and across the tangent by roughness and anisotropy, both in [0, 1]:
 /// αx = r²·√(2 / (1 + (1 − a)²)), αy = (1 − a)·αx, so that αx² + αy² = 2r⁴; αy at least
-/// least_alpha. Ref: OpenPBR Surface specification 1.1, section "Microfacet model".
+/// min_alpha. Ref: OpenPBR Surface specification 1.1, section "Microfacet model".
 Vec2 anisotropic_alpha(float roughness, float anisotropy);
 
 /// Smallest width of facets across the tangent; D from components keeps its digits there.
-inline constexpr float least_alpha = 1e-4f;
+inline constexpr float min_alpha = 1e-4f;
 
-/// Widths that a material can take on. The ratio is αy / αx before least_alpha.
+/// Widths that a material can take on. The ratio is αy / αx before min_alpha.
 struct AnisotropyRange {
     float alpha_low = 0, alpha_high = 0;  ///< αx
     float ratio_low = 1, ratio_high = 1;

@@ -17,13 +17,13 @@ namespace {
 /// Bends ns towards wo until wo is clearly in front of it; both are unit and on the same side of
 /// the surface. ng is on the side of wo.
 Vec3 bent_normal(const Vec3& ns, const Vec3& ng, const Vec3& wo) {
-    constexpr float least = 1e-3f;  // cosine between ns and wo
+    constexpr float min = 1e-3f;  // cosine between ns and wo
     const float facing = ns.dot(wo);
-    if (facing >= least) return ns;
+    if (facing >= min) return ns;
     // The geometric normal faces wo by definition: walk towards it just as far as needed
     const float front = ng.dot(wo);
-    if (front <= least) return ng;
-    const float t = (least - facing) / (front - facing);
+    if (front <= min) return ng;
+    const float t = (min - facing) / (front - facing);
     const Vec3 bent = ns + (ng - ns) * t;
     const float length2 = bent.dot(bent);
     return length2 > 1e-6f ? bent / std::sqrt(length2) : ng;
@@ -36,13 +36,13 @@ Vec3 bent_normal(const Vec3& ns, const Vec3& ng, const Vec3& wo) {
 Vec3 reflecting_normal(const Vec3& ns, const Vec3& ng, const Vec3& horizon, const Vec3& wo) {
     const Vec3 mirrored = ns * (2.0f * ns.dot(wo)) - wo;
     // An undisturbed normal always passes, also at grazing angles
-    const float least = std::min(0.9f * ng.dot(wo), 1e-2f);
+    const float min = std::min(0.9f * ng.dot(wo), 1e-2f);
     const float height = mirrored.dot(ng);
-    if (height >= least || mirrored.dot(horizon) >= least) return ns;
+    if (height >= min || mirrored.dot(horizon) >= min) return ns;
     const Vec3 along = mirrored - ng * height;
     const float length2 = along.dot(along);
-    if (!(length2 > 0.0f && least > 0.0f)) return ng;
-    const Vec3 raised = along * std::sqrt((1.0f - least * least) / length2) + ng * least;
+    if (!(length2 > 0.0f && min > 0.0f)) return ng;
+    const Vec3 raised = along * std::sqrt((1.0f - min * min) / length2) + ng * min;
     return normalize(wo + raised);
 }
 
@@ -54,9 +54,9 @@ Bsdf::Bsdf(const SurfaceParameters& parameters,
            const Vec3& wo,
            const Vec3& horizon)
     : p_(parameters), wo_(wo) {
-    facts_.base_opacity = p_.opacity;
-    facts_.thin = p_.is_thin;
-    facts_.rough_base = p_.diffuse_roughness > 0.0f;
+    features_.base_opacity = p_.opacity;
+    features_.thin = p_.is_thin;
+    features_.rough_base = p_.diffuse_roughness > 0.0f;
     ggx_.f0 = p_.f0;
     ggx_.f90 = p_.f90;
     ggx_.alpha = p_.alpha;
@@ -76,7 +76,7 @@ Bsdf::Bsdf(const SurfaceParameters& parameters,
 
 /// Whether nothing but a base and its reflection is asked for.
 bool Bsdf::is_plain() const {
-    return !facts_.transmits() && !facts_.is_thin() && !facts_.has_rough_base() &&
+    return !features_.transmits() && !features_.is_thin() && !features_.has_rough_base() &&
            !p_.anisotropic && !p_.sheen && !(p_.clearcoat > 0.0f);
 }
 
@@ -96,8 +96,8 @@ template <bool plain>
 void Bsdf::set_layers(bool is_behind) {
     ggx_.is_delta = !has_specular_ || ggx_.alpha < specular_switch_alpha;
     if (!plain) set_sides(is_behind);
-    if (!has_specular_ && !facts_.has_extras<plain>() && facts_.opacity<plain>() == 1.0f &&
-        !facts_.transmits_diffusely<plain>()) {
+    if (!has_specular_ && !features_.has_extras<plain>() && features_.opacity<plain>() == 1.0f &&
+        !features_.transmits_diffusely<plain>()) {
         set_lambert();
         return;
     }
@@ -119,23 +119,23 @@ void Bsdf::set_layers(bool is_behind) {
 
 /// What is on the side of wo, and what lies beyond.
 void Bsdf::set_sides(bool is_behind) {
-    if (facts_.transmits() && !facts_.is_thin()) {
+    if (features_.transmits() && !features_.is_thin()) {
         eta_ = is_behind ? 1.0f / p_.ior : p_.ior;
-        facts_.dense_side = eta_ < 1.0f;
+        features_.dense_side = eta_ < 1.0f;
     }
-    facts_.tint = facts_.transmits() && p_.transmission_tint != Rgb(1.0f);
+    features_.tint = features_.transmits() && p_.transmission_tint != Rgb(1.0f);
     // The coat lies on the outside, on both sides of a sheet; index 1 has no interface
-    const bool is_outside = !(facts_.transmits() && is_behind && !facts_.is_thin());
-    facts_.coat = p_.clearcoat > 0.0f && coat_ior() != 1.0f && is_outside;
-    facts_.sheen = p_.sheen != nullptr && is_outside;
-    if (facts_.has_sheen()) sheen_ = {p_.sheen, p_.sheen_color, p_.sheen_roughness};
-    facts_.extras = facts_.has_coat() || facts_.has_sheen() || facts_.has_rough_base();
-    facts_.diffuse_transmission =
-        facts_.is_thin() && facts_.opacity() > 0.0f && !is_black(p_.diffuse_transmitted);
-    if (facts_.is_thin()) {
+    const bool is_outside = !(features_.transmits() && is_behind && !features_.is_thin());
+    features_.coat = p_.clearcoat > 0.0f && coat_ior() != 1.0f && is_outside;
+    features_.sheen = p_.sheen != nullptr && is_outside;
+    if (features_.has_sheen()) sheen_ = {p_.sheen, p_.sheen_color, p_.sheen_roughness};
+    features_.extras = features_.has_coat() || features_.has_sheen() || features_.has_rough_base();
+    features_.diffuse_transmission =
+        features_.is_thin() && features_.opacity() > 0.0f && !is_black(p_.diffuse_transmitted);
+    if (features_.is_thin()) {
         thin_wall_.ior = p_.ior;
         thin_wall_.opacity = p_.opacity;
-        thin_wall_.has_tint = facts_.has_tint();
+        thin_wall_.has_tint = features_.has_tint();
         thin_wall_.tint = p_.transmission_tint;
     }
     coat_.weight = p_.clearcoat;
@@ -145,32 +145,32 @@ void Bsdf::set_sides(bool is_behind) {
 
 /// Interfaces that blur what they transmit, seen from the dense side, or under a coat.
 void Bsdf::set_interfaces(const Rgb& f_average, const GgxAlbedo& average) {
-    facts_.rough_interface = wants_rough_transmission();
-    facts_.rough_sheet = facts_.is_thin() && facts_.transmits() && p_.is_thin_rough &&
-                         !ggx_.is_delta && p_.ior != 1.0f;
-    if (facts_.is_rough_sheet()) thin_wall_.set_compensation(f_average, average.loss);
-    if (facts_.is_rough_interface()) {
+    features_.rough_interface = wants_rough_transmission();
+    features_.rough_sheet = features_.is_thin() && features_.transmits() && p_.is_thin_rough &&
+                            !ggx_.is_delta && p_.ior != 1.0f;
+    if (features_.is_rough_sheet()) thin_wall_.set_compensation(f_average, average.loss);
+    if (features_.is_rough_interface()) {
         ggx_.f90 = Rgb(1.0f);
         InterfaceLobe& interface = interface_.emplace();
         interface.eta = eta_;
-        interface.is_dense_side = facts_.is_dense_side();
+        interface.is_dense_side = features_.is_dense_side();
         interface.opacity = p_.opacity;
-        interface.has_tint = facts_.has_tint();
+        interface.has_tint = features_.has_tint();
         interface.tint = p_.transmission_tint;
-        interface.curve =
-            p_.interface->curve(ggx_.alpha, facts_.is_dense_side() ? rough_interface::Side::Dense
-                                                                   : rough_interface::Side::Light);
+        interface.curve = p_.interface->curve(ggx_.alpha, features_.is_dense_side()
+                                                              ? rough_interface::Side::Dense
+                                                              : rough_interface::Side::Light);
         const rough_interface::Shares& shares = interface.curve.average();
         interface.lost_average = ggx_.f0 * average.loss + one_minus(ggx_.f0) * shares.excess;
         specular_average_ = one_minus(one_minus(ggx_.f0) * shares.passed);
-    } else if (facts_.is_dense_side()) {
+    } else if (features_.is_dense_side()) {
         // Seen from the dense side, 1 − R_avg shrinks by η² (1 − F_in = (1 − F_out)/η²)
         specular_average_ = one_minus(one_minus(specular_average_) * (eta_ * eta_));
     }
-    if (!facts_.has_coat()) return;
+    if (!features_.has_coat()) return;
     coat_.set(coat_ior());
-    const bool is_diffuse = !is_black(p_.diffuse) || facts_.transmits_diffusely();
-    if (is_diffuse && facts_.opacity() > 0.0f)
+    const bool is_diffuse = !is_black(p_.diffuse) || features_.transmits_diffusely();
+    if (is_diffuse && features_.opacity() > 0.0f)
         coat_.set_coupling(
             one_minus(specular_average_), ggx_.f90 - ggx_.f0,
             ggx_.is_anisotropic() ? std::sqrt(ggx_.alpha * ggx_.alpha_y) : ggx_.alpha);
@@ -202,8 +202,8 @@ Vec3 Bsdf::shading_normal(const Vec3& ns, const Vec3& wo) const {
 
 /// Blurred refraction, unless it turns directions by less than what counts as a mirror's blur.
 bool Bsdf::wants_rough_transmission() const {
-    if (p_.interface == nullptr || !facts_.transmits() || ggx_.is_delta) return false;
-    if (facts_.is_thin()) return false;
+    if (p_.interface == nullptr || !features_.transmits() || ggx_.is_delta) return false;
+    if (features_.is_thin()) return false;
     const float turn = ggx_.alpha * std::abs(1.0f - eta_) / std::max(eta_, 1.0f);
     return turn >= specular_switch_alpha;
 }
@@ -223,7 +223,7 @@ void Bsdf::set_anisotropy() {
 /// of the smaller index.
 Rgb Bsdf::interface_albedo(const Vec3& w) const {
     Vec3 outer = w;
-    if (facts_.is_dense_side()) {
+    if (features_.is_dense_side()) {
         const float cosine = refracted_cosine(w.z, eta_);
         if (cosine < 0.0f) return Rgb(1.0f);
         outer = Vec3(w.x / eta_, w.y / eta_, cosine);
@@ -238,7 +238,7 @@ LayerView Bsdf::make_view(const Vec3& wo_local) const {
     v.wo = wo_local;
     v.mu = std::clamp(wo_local.z, 0.0f, 1.0f);
     const Vec3 clamped(wo_local.x, wo_local.y, v.mu);
-    if (facts_.is_rough_interface<plain>()) {
+    if (features_.is_rough_interface<plain>()) {
         const rough_interface::Shares shares = interface_->curve.at(clamped);
         v.lost = interface_->loss(ggx_, clamped, shares);
         v.specular = one_minus(one_minus(ggx_.f0) * shares.passed);
@@ -247,19 +247,19 @@ LayerView Bsdf::make_view(const Vec3& wo_local) const {
         const GgxAlbedo a = ggx_.albedo<plain>(clamped, v.mu);
         v.loss = a.loss;
         v.specular =
-            facts_.is_dense_side<plain>() ? interface_albedo(clamped) : ggx_.reflectance(a);
-        v.single_scatter = facts_.is_dense_side<plain>() ? v.specular * (1.0f - a.loss)
-                                                         : a.reflectance(ggx_.f0, ggx_.f90);
+            features_.is_dense_side<plain>() ? interface_albedo(clamped) : ggx_.reflectance(a);
+        v.single_scatter = features_.is_dense_side<plain>() ? v.specular * (1.0f - a.loss)
+                                                            : a.reflectance(ggx_.f0, ggx_.f90);
     }
     v.reflected = v.specular;
     v.through = one_minus(v.specular);
-    if (facts_.is_thin<plain>() && facts_.transmits<plain>()) {
+    if (features_.is_thin<plain>() && features_.transmits<plain>()) {
         thin_wall_.set_view(v);
-    } else if (facts_.has_tint<plain>()) {
+    } else if (features_.has_tint<plain>()) {
         v.through = v.through * p_.transmission_tint;
     }
-    if (facts_.has_coat<plain>()) coat_.set_view(v);
-    if (facts_.has_sheen<plain>()) v.sheen = sheen_.albedo(v.mu);
+    if (features_.has_coat<plain>()) coat_.set_view(v);
+    if (features_.has_sheen<plain>()) v.sheen = sheen_.albedo(v.mu);
     set_probabilities<plain>(v);
     return v;
 }
@@ -271,24 +271,24 @@ void Bsdf::set_probabilities(LayerView& v) const {
     const Rgb passed = one_minus(v.specular);
     float weight[LobeCount] = {};
     const float reflected = under_coat * mean(v.single_scatter);
-    const float transmitted = under_coat * (1.0f - facts_.opacity<plain>()) * mean(v.through);
-    if (facts_.is_rough_interface<plain>()) {
+    const float transmitted = under_coat * (1.0f - features_.opacity<plain>()) * mean(v.through);
+    if (features_.is_rough_interface<plain>()) {
         weight[Interface] = reflected + transmitted;
-    } else if (facts_.is_rough_sheet<plain>()) {
+    } else if (features_.is_rough_sheet<plain>()) {
         weight[Sheet] = reflected + transmitted * (1.0f - v.loss);
         weight[CosineBack] = transmitted * v.loss;
     } else {
         weight[ggx_.is_delta ? MirrorSpecular : Specular] = reflected;
         weight[Transmission] = transmitted;
     }
-    weight[Cosine] = under_coat * (facts_.opacity<plain>() * mean(p_.diffuse * passed) +
+    weight[Cosine] = under_coat * (features_.opacity<plain>() * mean(p_.diffuse * passed) +
                                    mean(v.reflected - v.single_scatter)) +
                      (v.coat - v.coat_single);
-    if (facts_.transmits_diffusely<plain>())
+    if (features_.transmits_diffusely<plain>())
         weight[CosineBack] +=
-            under_coat * facts_.opacity<plain>() * mean(p_.diffuse_transmitted * passed);
-    if (facts_.has_coat<plain>()) weight[coat_.is_delta ? MirrorCoat : Coat] = v.coat_single;
-    if (facts_.has_sheen<plain>()) {
+            under_coat * features_.opacity<plain>() * mean(p_.diffuse_transmitted * passed);
+    if (features_.has_coat<plain>()) weight[coat_.is_delta ? MirrorCoat : Coat] = v.coat_single;
+    if (features_.has_sheen<plain>()) {
         for (float& w : weight) w *= sheen_.under(v.sheen);
         weight[Cosine] += mean(sheen_.color) * v.sheen;
     }
@@ -321,14 +321,14 @@ std::optional<BsdfSample> Bsdf::sample_delta(const LayerView& v,
         s.kind = ScatterKind::Transmit;
         s.eta = eta_;
         // Radiance is compressed into a smaller cone by η² on entering; (1/η²) is the price
-        weight = v.through * ((1.0f - facts_.opacity()) * under_coat / (eta_ * eta_));
+        weight = v.through * ((1.0f - features_.opacity()) * under_coat / (eta_ * eta_));
     } else {
         s.wi = frame_.from_local(Vec3(-v.wo.x, -v.wo.y, v.wo.z));
         if (!is_above(s.wi)) return std::nullopt;
         s.is_coat = lobe == MirrorCoat;
         weight = lobe == MirrorSpecular ? v.reflected * under_coat : Rgb(v.coat);
     }
-    if (facts_.has_sheen()) weight *= sheen_.under(v.sheen);
+    if (features_.has_sheen()) weight *= sheen_.under(v.sheen);
     const float length2 = s.wi.dot(s.wi);
     s.wi /= std::sqrt(length2);
     const float cos_i = cosine(s.wi);
@@ -432,16 +432,17 @@ std::optional<BsdfSample> Bsdf::sample_layers(const Vec3& wo, float u_lobe, cons
 
 Rgb Bsdf::albedo() const {
     if (kind_ == Kind::Lambert) return clamp01(p_.diffuse);
-    if (is_hair()) return clamp01(HairLobes::albedo(fibre_->view));
+    if (is_hair()) return clamp01(HairLobes::albedo(fiber_->view));
     const Rgb passed = one_minus(view_.specular);
     const Rgb base =
-        facts_.is_thin() || facts_.has_tint()
-            ? view_.reflected + passed * (p_.diffuse + p_.diffuse_transmitted) * facts_.opacity() +
-                  view_.through * (1.0f - facts_.opacity())
+        features_.is_thin() || features_.has_tint()
+            ? view_.reflected +
+                  passed * (p_.diffuse + p_.diffuse_transmitted) * features_.opacity() +
+                  view_.through * (1.0f - features_.opacity())
             : view_.specular +
-                  passed * (p_.diffuse * facts_.opacity() + Rgb(1.0f - facts_.opacity()));
+                  passed * (p_.diffuse * features_.opacity() + Rgb(1.0f - features_.opacity()));
     const Rgb below = Rgb(view_.coat) + base * (1.0f - view_.coat);
-    if (!facts_.has_sheen()) return clamp01(below);
+    if (!features_.has_sheen()) return clamp01(below);
     return clamp01(below * sheen_.under(view_.sheen) + sheen_.color * view_.sheen);
 }
 
@@ -449,8 +450,8 @@ Rgb Bsdf::entering() const {
     if (kind_ == Kind::Lambert) return Rgb(1.0f);
     if (is_hair()) return Rgb(0.0f);
     const float under =
-        (1.0f - view_.coat) * (facts_.has_sheen() ? sheen_.under(view_.sheen) : 1.0f);
-    return one_minus(view_.specular) * (facts_.opacity() * under);
+        (1.0f - view_.coat) * (features_.has_sheen() ? sheen_.under(view_.sheen) : 1.0f);
+    return one_minus(view_.specular) * (features_.opacity() * under);
 }
 
 bool Bsdf::has_non_delta() const {

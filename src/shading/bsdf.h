@@ -8,7 +8,7 @@
 #include "shading/interface_lobe.h"
 #include "shading/lambert_lobe.h"
 #include "shading/sheen_lobe.h"
-#include "shading/surface_facts.h"
+#include "shading/surface_features.h"
 #include "shading/thin_wall_lobe.h"
 
 #include <cstdint>
@@ -16,79 +16,100 @@
 
 namespace velatura::shading {
 
-/// The scattering function of a surface point; lives on the stack, allocates nothing.
+/// The BSDF of a surface point: layered lobes, one Lambert lobe, or a fiber. Lives on the stack,
+/// allocates nothing.
 ///
-/// Energy: diffuse base and specular are coupled so that white bases reflect exactly 1 (Kelemen &
-/// Szirmay-Kalos 2001); the specular lobe is compensated for multiple scattering (Kulla & Conty
-/// 2017). Everything is reciprocal except a rough reflection off the inside of an interface that
-/// transmits without blur, which keeps energy instead (README). Sides: ng decides whether a pair of
-/// directions reflects or transmits, so that no light leaks through walls; lobes and the cosine use
-/// the shading normal `ns()`. Opaque surfaces and thin sheets shade both sides alike; the outside
-/// of a body that transmits is the side of ng.
+/// Space:   directions are unit vectors in render space and point away from the surface.
+/// Units:   f and pdf in 1/sr; f excludes the cosine. Delta lobes are not part of f and pdf.
+/// Energy:  the diffuse base and the specular lobe are coupled so that a white base reflects
+///          exactly 1 (Kelemen & Szirmay-Kalos 2001, "A Microfacet Based Coupled
+///          Specular-Matte BRDF Model"); the specular lobe is compensated for multiple scattering
+///          (Kulla & Conty 2017, "Revisiting Physically Based Shading at Imageworks").
+/// Reciprocity: all lobes, except a rough reflection off the inside of an interface that transmits
+///          without blur: that one conserves energy instead (README).
+/// Sides:   ng decides whether a pair of directions reflects or transmits, so that no light leaks
+///          through walls; lobes and the cosine use the shading normal ns(). Opaque surfaces and
+///          thin walls shade both sides alike; the outside of a solid that transmits is the side
+///          of ng.
 class Bsdf {
   public:
-    /// ng, ns, wo: unit, render space; ns in the hemisphere of ng. ns is bent towards wo when wo is
-    /// behind it, and so far towards ng that the mirror image of wo stays above the surface.
-    /// horizon: normal of the smooth surface that facets stand for, when rays start above the facet
-    /// (geometry::lifted): what is in front of it is above the surface, too. Else ng.
+    // Construction. ng, ns, wo: unit, render space; ns in the hemisphere of ng
+
+    /// Layered surface. ns is bent towards wo when wo is behind it, and towards ng until the mirror
+    /// direction of wo is above the surface.
+    /// Args: horizon: normal of the smooth surface that the facets approximate, when rays start
+    ///       above the facet (geometry::lifted): directions in front of it are above the surface,
+    ///       too. Otherwise ng.
     Bsdf(const SurfaceParameters& parameters,
          const Vec3& ng,
          const Vec3& ns,
          const Vec3& wo,
          const Vec3& horizon);
 
+    /// Layered surface with horizon = ng.
     Bsdf(const SurfaceParameters& parameters, const Vec3& ng, const Vec3& ns, const Vec3& wo)
         : Bsdf(parameters, ng, ns, wo, ng) {}
 
-    /// One diffuse lobe and nothing else, of this albedo: what the first constructor makes of black
-    /// f0 and f90.
+    /// One Lambert lobe of albedo `diffuse`: equals the first constructor with black f0 and f90.
     Bsdf(const Rgb& diffuse, const Vec3& ng, const Vec3& ns, const Vec3& wo, const Vec3& horizon);
 
-    /// A fibre along the unit vector `along`, where its outside faces ng (render space, as above);
-    /// h: see HairLobes. Light may go anywhere, and cosine() is no more than a factor that f is
-    /// divided by.
+    /// Fiber along the unit vector `along`, whose outside faces ng.
+    /// Args: h: offset across the fiber, see HairLobes.
+    /// Light can leave in any direction; cosine() is only the factor that f is divided by.
     Bsdf(const HairParameters& hair, float h, const Vec3& along, const Vec3& ng, const Vec3& wo);
 
-    /// f [1/sr] without the cosine and without delta lobes. The cosine to multiply with is
-    /// cosine(wi).
+    // Evaluation and sampling of non-delta lobes
+
+    /// BSDF value [1/sr] without the cosine; multiply by cosine(wi).
     Rgb f(const Vec3& wo, const Vec3& wi) const { return evaluate(wo, wi).f(); }
 
+    /// Density [1/sr] of sample_f() over all non-delta lobes.
     float pdf(const Vec3& wo, const Vec3& wi) const { return evaluate(wo, wi).pdf; }
 
-    /// f and pdf together; fastest when wo is the one given to the constructor.
+    /// f and pdf together; fastest for the constructor's wo.
     BsdfValue evaluate(const Vec3& wo, const Vec3& wi) const;
-    /// Samples one lobe of the mixture; f and pdf are those of the whole mixture unless is_delta.
-    /// nullopt: the sample is absorbed (direction on the wrong side, or a black surface).
+
+    /// Samples a direction from the mixture of lobes.
+    /// Args:    u_lobe in [0,1) selects the lobe; u in [0,1)² the direction.
+    /// Returns: f and pdf of the whole mixture, or of the delta lobe (is_delta). nullopt: the
+    ///          sample is absorbed (direction on the wrong side, or a black surface).
     std::optional<BsdfSample> sample_f(const Vec3& wo, float u_lobe, const Vec2& u) const;
 
-    /// The delta lobes that reflect, or the one that transmits, seen from the constructor's wo:
-    /// what sample_f brings in the mean when it draws them. nullopt: there is none.
-    std::optional<DeltaScattering> delta(ScatterKind kind) const;
-
-    /// The cosine that belongs to f: |wi · ns|.
+    /// Cosine factor of f: |wi · ns|.
     float cosine(const Vec3& wi) const { return abs_dot(wi, frame_.z); }
 
-    /// Normal used for shading, normal map applied, on the side of wo.
+    // Delta lobes
+
+    /// Sum of the delta lobes of one kind for the constructor's wo: the expected value of what
+    /// sample_f() returns from them. nullopt: there is none.
+    std::optional<DeltaScattering> delta(ScatterKind kind) const;
+
+    // Properties
+
+    /// Shading normal, normal map applied, on the side of wo.
     const Vec3& ns() const { return frame_.z; }
 
-    /// Share of light from everywhere that is sent towards wo, delta lobes and transmission
-    /// included; in [0, 1].
+    /// Hemispherical-directional reflectance plus transmittance towards wo, delta lobes included;
+    /// in [0, 1].
     Rgb albedo() const;
-    /// Share of light from the constructor's wo that gets to the diffuse base.
+
+    /// Fraction of light from the constructor's wo that reaches the diffuse base, in [0, 1].
     Rgb entering() const;
 
+    /// True when sample_f() can select a non-delta lobe.
     bool has_non_delta() const;
 
-    /// One diffuse lobe and nothing else: sample_f does not look at u_lobe.
+    /// True for a single Lambert lobe: sample_f() ignores u_lobe.
     bool is_lambert() const { return kind_ == Kind::Lambert; }
 
-    /// A fibre: ns() says nothing about where light comes from.
+    /// True for a fiber: ns() does not bound the directions that light arrives from.
     bool is_hair() const { return kind_ == Kind::Hair; }
 
-    /// Probability that sample_f draws from a lobe as broad as learned directions can resolve.
+    /// Probability that sample_f() selects a lobe broad enough for path guiding, in [0, 1].
     float broad_share() const;
 
-    bool has_transmission() const { return p_.opacity < 1.0f || facts_.diffuse_transmission; }
+    /// True when light can leave on the side opposite to wo.
+    bool has_transmission() const { return p_.opacity < 1.0f || features_.diffuse_transmission; }
 
   private:
     enum class Kind : uint8_t {
@@ -147,7 +168,7 @@ class Bsdf {
     Vec3 horizon_;  // on the side of wo
     Vec3 wo_;
     float eta_ = 1;  // index beyond over index on the side of wo
-    SurfaceFacts facts_;
+    SurfaceFeatures features_;
     bool has_specular_ = true;  // f0 and f90 are not both black
     Kind kind_ = Kind::Layers;
     LambertLobe lambert_;
@@ -159,7 +180,7 @@ class Bsdf {
     SheenLobe sheen_;
     ThinWallLobe thin_wall_;
     std::optional<InterfaceLobe> interface_;  // of a rough interface
-    std::optional<HairLobe> fibre_;           // of Kind::Hair
+    std::optional<HairLobe> fiber_;           // of Kind::Hair
 };
 
 }  // namespace velatura::shading

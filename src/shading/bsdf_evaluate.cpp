@@ -33,9 +33,9 @@ BsdfValue Bsdf::evaluate_layers(const Vec3& wo, const Vec3& wi) const {
     const Vec3 wi_local = frame_.to_local(wi);
     // Light through the surface comes by refraction alone, whatever the shading normal says
     const bool reflects = is_above(wi);
-    const bool passes = wi_local.z < 0.0f &&
-                        (facts_.is_rough_interface<plain>() || facts_.is_rough_sheet<plain>() ||
-                         facts_.transmits_diffusely<plain>());
+    const bool passes = wi_local.z < 0.0f && (features_.is_rough_interface<plain>() ||
+                                              features_.is_rough_sheet<plain>() ||
+                                              features_.transmits_diffusely<plain>());
     if (reflects ? !(wi_local.z > 0.0f) : !passes) return value;
     if (wo == wo_) {
         if (view_.wo.z > 0.0f) evaluate_local<plain>(view_, wi_local, value);
@@ -49,16 +49,16 @@ BsdfValue Bsdf::evaluate_layers(const Vec3& wo, const Vec3& wi) const {
 template <bool plain>
 void Bsdf::evaluate_local(const LayerView& v, const Vec3& wi, BsdfValue& value) const {
     if (!plain && wi.z < 0.0f) {
-        if (facts_.is_rough_interface<plain>()) {
+        if (features_.is_rough_interface<plain>()) {
             interface_->add_refraction(ggx_, v, wi, value);
         } else {
             evaluate_through_sheet(v, wi, value);
         }
-        if (facts_.has_sheen<plain>()) {
-            const float most =
-                facts_.is_thin<plain>() ? std::max(v.sheen, sheen_.albedo(-wi.z)) : v.sheen;
-            value.diffuse *= sheen_.under(most);
-            value.specular *= sheen_.under(most);
+        if (features_.has_sheen<plain>()) {
+            const float max =
+                features_.is_thin<plain>() ? std::max(v.sheen, sheen_.albedo(-wi.z)) : v.sheen;
+            value.diffuse *= sheen_.under(max);
+            value.specular *= sheen_.under(max);
         }
         return;
     }
@@ -71,19 +71,19 @@ void Bsdf::evaluate_local(const LayerView& v, const Vec3& wi, BsdfValue& value) 
 
     // Specular reflection of the base, and what its interface reflects in all
     Rgb specular_i;
-    if (facts_.is_rough_interface<plain>()) {
+    if (features_.is_rough_interface<plain>()) {
         specular_i = interface_->add_reflection(ggx_, v, wi, wm, cos_m, value);
     } else {
         specular_i = add_reflection<plain>(v, wi, wm, cos_m, value);
     }
 
     // Diffuse base: what passes the interface on the way in and out, over its mean
-    if (facts_.opacity<plain>() > 0.0f) {
-        value.diffuse = safe_divide(p_.diffuse * (facts_.opacity<plain>() * inv_pi) *
+    if (features_.opacity<plain>() > 0.0f) {
+        value.diffuse = safe_divide(p_.diffuse * (features_.opacity<plain>() * inv_pi) *
                                         one_minus(v.specular) * one_minus(specular_i),
                                     one_minus(specular_average_));
     }
-    if (facts_.has_extras<plain>()) add_extras(v, wi, wm, cos_m, value);
+    if (features_.has_extras<plain>()) add_extras(v, wi, wm, cos_m, value);
 }
 
 /// Adds the GGX lobe of an opaque base, of one that refracts without blur, or of a sheet; wm may be
@@ -96,17 +96,17 @@ Rgb Bsdf::add_reflection(
     if (!ggx_.is_delta) {
         // From inside a rough interface, and by a sheet that does not blur, the reflectance is that
         // of the macroscopic normal, so that R + T = 1
-        const bool is_macroscopic = facts_.is_dense_side<plain>() ||
-                                    (facts_.is_thin<plain>() && facts_.transmits<plain>() &&
-                                     !facts_.is_rough_sheet<plain>());
+        const bool is_macroscopic = features_.is_dense_side<plain>() ||
+                                    (features_.is_thin<plain>() && features_.transmits<plain>() &&
+                                     !features_.is_rough_sheet<plain>());
         Rgb fresnel = is_macroscopic ? v.reflected : fresnel_schlick(ggx_.f0, ggx_.f90, cos_m);
         Rgb multiple = is_macroscopic ? v.reflected : ggx_.multiple_f;
         float share = 1.0f;
-        if (facts_.is_rough_sheet<plain>()) {
+        if (features_.is_rough_sheet<plain>()) {
             const SheetShares sheet = sheet_shares(fresnel, thin_wall_.passage(cos_m));
-            fresnel += (sheet.reflected - fresnel) * (1.0f - facts_.opacity<plain>());
+            fresnel += (sheet.reflected - fresnel) * (1.0f - features_.opacity<plain>());
             multiple +=
-                (thin_wall_.multiple.reflected - multiple) * (1.0f - facts_.opacity<plain>());
+                (thin_wall_.multiple.reflected - multiple) * (1.0f - features_.opacity<plain>());
             share = thin_wall_.reflect_share(ggx_, cos_m);
         }
         ggx_.add<plain>(v, wi, wm, mu_i, albedo_i.loss, fresnel, multiple,
@@ -114,8 +114,8 @@ Rgb Bsdf::add_reflection(
                               : v.probability[Specular] + v.probability[Sheet] * share,
                         value);
     }
-    return facts_.is_dense_side<plain>() ? interface_albedo(Vec3(wi.x, wi.y, mu_i))
-                                         : ggx_.reflectance(albedo_i);
+    return features_.is_dense_side<plain>() ? interface_albedo(Vec3(wi.x, wi.y, mu_i))
+                                            : ggx_.reflectance(albedo_i);
 }
 
 /// What comes through a sheet from its other side: the base's diffuse light, and the lobe of the
@@ -128,15 +128,15 @@ void Bsdf::evaluate_through_sheet(const LayerView& v, const Vec3& wi, BsdfValue&
     const float mu_i = std::min(mirrored.z, 1.0f);
     value.pdf = v.probability[CosineBack] * sampling::cosine_hemisphere_pdf(mu_i);
     const GgxAlbedo albedo_i = ggx_.albedo<false>(mirrored, mu_i);
-    if (facts_.transmits_diffusely()) {
+    if (features_.transmits_diffusely()) {
         const Rgb specular_i = ggx_.reflectance(albedo_i);
-        value.diffuse = safe_divide(p_.diffuse_transmitted * (facts_.opacity() * inv_pi) *
+        value.diffuse = safe_divide(p_.diffuse_transmitted * (features_.opacity() * inv_pi) *
                                         one_minus(v.specular) * one_minus(specular_i),
                                     one_minus(specular_average_));
     }
-    if (facts_.is_rough_sheet())
+    if (features_.is_rough_sheet())
         thin_wall_.add_through(ggx_, v, mirrored, mu_i, albedo_i.loss, value);
-    if (facts_.has_coat()) coat_.put_under(v, mu_i, value);
+    if (features_.has_coat()) coat_.put_under(v, mu_i, value);
 }
 
 template void Bsdf::evaluate_local<true>(const LayerView&, const Vec3&, BsdfValue&) const;

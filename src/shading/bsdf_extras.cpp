@@ -20,13 +20,13 @@ constexpr float rough_coupling_excess = 0.0066f;
 void Bsdf::add_extras(
     const LayerView& v, const Vec3& wi, const Vec3& wm, float cos_m, BsdfValue& value) const {
     // So far the base is Lambert's
-    if (facts_.has_rough_base()) {
+    if (features_.has_rough_base()) {
         value.diffuse *=
             safe_divide(rough_diffuse(p_.diffuse, p_.diffuse_roughness, v.wo, wi), p_.diffuse);
         if (has_specular_) value.diffuse /= 1.0f + rough_coupling_excess * p_.diffuse_roughness;
     }
-    if (facts_.has_coat()) coat_.add(v, wi, wm, cos_m, value);
-    if (facts_.has_sheen()) sheen_.add(v, wi, wm, std::min(wi.z, 1.0f), value);
+    if (features_.has_coat()) coat_.add(v, wi, wm, cos_m, value);
+    if (features_.has_sheen()) sheen_.add(v, wi, wm, std::min(wi.z, 1.0f), value);
 }
 
 }  // namespace velatura::shading

@@ -10,9 +10,11 @@
 
 namespace velatura::shading {
 
-/// What a scattering did, for light-path events; not which lobe the sampler happened to pick.
+/// Scattering event of a pair of directions, for light path expressions; independent of the lobe
+/// that was sampled.
 enum class ScatterKind : uint8_t { Reflect, Transmit };
 
+/// A direction sampled from a Bsdf.
 struct BsdfSample {
     Vec3 wi;  ///< render space, unit, away from the surface
     Rgb f;  ///< [1/sr], without cosine; for a delta lobe f·cosine / pdf is the weight, with pdf a
@@ -24,27 +26,27 @@ struct BsdfSample {
     bool is_coat = false;  ///< of a delta lobe: the coat's
 };
 
-/// What all delta lobes of one kind do together to light from the one direction they look in.
+/// Sum of the delta lobes of one kind, which share one direction.
 struct DeltaScattering {
     Vec3 wi;               ///< render space, unit, away from the surface
     Rgb weight;            ///< radiance towards wo over radiance from wi
-    Rgb coat = Rgb(0.0f);  ///< what of `weight` the coat reflects
+    Rgb coat = Rgb(0.0f);  ///< part of `weight` that the coat reflects
     float eta = 1;         ///< as in BsdfSample
 };
 
-/// f split as UsdLux's diffuse and specular multipliers need it; delta lobes are not in it.
+/// BSDF value, split for UsdLux's diffuse and specular multipliers; without delta lobes.
 struct BsdfValue {
     Rgb diffuse = Rgb(0.0f);   ///< [1/sr], without cosine
     Rgb specular = Rgb(0.0f);  ///< [1/sr], without cosine
-    float coat = 0;            ///< what of `specular` the coat reflects
-    float pdf = 0;             ///< [1/sr], what sample_f has over all non-delta lobes
+    float coat = 0;            ///< fraction of `specular` that the coat reflects
+    float pdf = 0;             ///< [1/sr], of sample_f() over all non-delta lobes
     ScatterKind kind = ScatterKind::Reflect;
     float eta = 1;  ///< as in BsdfSample
 
     Rgb f() const { return diffuse + specular; }
 };
 
-/// A surface at one point, textures looked up: finite, in range.
+/// Inputs of a layered Bsdf at one point, textures evaluated. All finite and within their range.
 struct SurfaceParameters {
     Rgb diffuse = Rgb(0.18f);  ///< albedo of the diffuse base; metallic already taken off
     Rgb f0 = Rgb(0.04f);       ///< specular reflectance at normal incidence
@@ -68,17 +70,17 @@ struct SurfaceParameters {
     /// interfaces reflect to and fro.
     bool is_thin = false;
     bool is_thin_rough = false;  ///< the roughness of a sheet blurs what passes, too
-    /// Of a sheet: what passes perpendicularly once; of a body: factor of each crossing.
+    /// Of a sheet: what passes perpendicularly once; of a solid: factor of each crossing.
     Rgb transmission_tint = Rgb(1.0f);
     /// Of a sheet: albedo of the base towards the other side; diffuse + this is at most 1.
     Rgb diffuse_transmitted = Rgb(0.0f);
 
     float diffuse_roughness = 0;  ///< of the diffuse base, [0, 1]; 0 = Lambert
     float coat_ior = 0;           ///< of the coat over what is around it; 0 = ior
-    /// Fibres on top of everything, on the outside of a body. Null: none. Must outlive the Bsdf.
+    /// Fibers on top of everything, on the outside of a solid. Null: none. Must outlive the Bsdf.
     const SheenAlbedo* sheen = nullptr;
     Rgb sheen_color = Rgb(0.0f);  ///< weight included
-    float sheen_roughness = 1;    ///< in [SheenAlbedo::least_roughness, 1]
+    float sheen_roughness = 1;    ///< in [SheenAlbedo::min_roughness, 1]
 };
 
 /// Below this GGX width a lobe is a perfect mirror, flagged as delta.

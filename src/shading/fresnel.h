@@ -18,7 +18,7 @@ inline float refracted_cosine(float cos_i, float eta) {
     return std::min(float(std::sqrt(square) / n), 1.0f);
 }
 
-/// Unpolarised reflectance of a smooth dielectric; 1 under total internal reflection, 0 for eta
+/// Unpolarized reflectance of a smooth dielectric; 1 under total internal reflection, 0 for eta
 /// = 1. eta = η_t/η_i > 0, cos_i in [0, 1].
 inline float fresnel_dielectric(float cos_i, float eta) {
     if (eta == 1.0f) return 0.0f;

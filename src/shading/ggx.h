@@ -86,13 +86,13 @@ namespace ggx_detail {
 template <class T, class Alpha>
 T cap_bound(const Imath::Vec3<T>& wo, const Alpha& alpha) {
     const T s = T(1) + std::sqrt(wo.x * wo.x + wo.y * wo.y);
-    const T least = std::min(std::min(along_x(alpha), along_y(alpha)), T(1));
-    const T a2 = least * least;
+    const T min = std::min(std::min(along_x(alpha), along_y(alpha)), T(1));
+    const T a2 = min * min;
     const T s2 = s * s;
     return (T(1) - a2) * s2 / (s2 + a2 * wo.z * wo.z);
 }
 
-/// Unnormalised microfacet normal from the spherical cap of directions that `o` (wo, stretched and
+/// Unnormalized microfacet normal from the spherical cap of directions that `o` (wo, stretched and
 /// unit) can reflect to, of which `bound` is cut away below. Ref: Dupuy & Benyoub 2023, "Sampling
 /// Visible GGX Normals with Spherical Caps".
 /// turn: cosine and sine of the azimuth.

@@ -45,7 +45,7 @@ float longitudinal_normalizer(float variance) {
     return 1.0f / (variance * -std::expm1(-2.0f / variance));
 }
 
-/// Scattering along the fibre about the cone of the mirrored direction; its integral over the
+/// Scattering along the fiber about the cone of the mirrored direction; its integral over the
 /// sphere is 2π. Ref: d'Eon et al. 2011, equation 7, written so that it neither overflows nor
 /// cancels.
 float longitudinal(
@@ -85,7 +85,7 @@ float wrapped(float angle) {
     return angle - two_pi * float(int(angle / two_pi + std::copysign(0.5f, angle)));
 }
 
-/// What of the colour of many fibres the roughness around them makes.
+/// What of the color of many fibers the roughness around them makes.
 float color_scale(float b) {
     return 5.969f + b * (-0.215f + b * (2.532f + b * (-10.73f + b * (5.574f + b * 0.245f))));
 }
@@ -127,7 +127,7 @@ HairLobes::HairLobes(const HairParameters& p, float h)
 void HairLobes::attenuate(float cos_theta, float sin_theta, View& v) const {
     const float cos_gamma_o = safe_sqrt(1.0f - h_ * h_);
     const float fresnel = fresnel_dielectric(cos_theta * cos_gamma_o, ior_);
-    // The way through the fibre, seen along its axis by an index of its own (Bravais)
+    // The way through the fiber, seen along its axis by an index of its own (Bravais)
     const float projected_ior = safe_sqrt(ior_ * ior_ - sin_theta * sin_theta);
     const float sin_gamma_t = std::clamp(h_ * cos_theta / projected_ior, -1.0f, 1.0f);
     const float cos_gamma_t = safe_sqrt(1.0f - sin_gamma_t * sin_gamma_t);
@@ -191,7 +191,7 @@ Vec3 HairLobes::sample(const View& v, float u_lobe, const Vec2& u) const {
     // What is left of the number is as random as it was
     const float u_turn = std::min(u_lobe / v.probability[p], 0x1.fffffep-1f);
 
-    // Along the fibre. Ref: d'Eon, Marschner & Hanika 2013, "Importance Sampling for Physically-
+    // Along the fiber. Ref: d'Eon, Marschner & Hanika 2013, "Importance Sampling for Physically-
     // Based Hair Fiber Models"
     const float variance = variance_[size_t(p)];
     const float tail = std::exp(-2.0f / variance);

@@ -7,39 +7,39 @@
 
 namespace velatura::shading {
 
-/// A fibre at one point: finite, in range.
+/// A fiber at one point: finite, in range.
 struct HairParameters {
     Rgb sigma_a = Rgb(0.0f);           ///< absorption inside [1/radius]
-    float roughness = 0.3f;            ///< along the fibre, in [least_hair_roughness, 1]
+    float roughness = 0.3f;            ///< along the fiber, in [min_hair_roughness, 1]
     float azimuthal_roughness = 0.3f;  ///< around it, the same
     float ior = 1.55f;                 ///< inside over outside, above 1
     float cuticle_angle = 0.0f;        ///< radians
 };
 
 /// Narrower lobes count as this wide.
-inline constexpr float least_hair_roughness = 0.01f;
+inline constexpr float min_hair_roughness = 0.01f;
 
 /// Absorption by concentrations of what makes hair dark and red [1/radius].
 /// Ref: d'Eon et al. 2011, "An Energy-Conserving Hair Reflectance Model", section 6.1.
 Rgb absorption_of_melanin(float eumelanin, float pheomelanin);
 
-/// The absorption with which many fibres together look like the colour, about.
+/// The absorption with which many fibers together look like the color, about.
 /// Ref: Chiang et al. 2016, equation 9.
 Rgb absorption_of_color(const Rgb& color, float azimuthal_roughness);
 
-/// Scattering by a fibre: what it reflects (R), what passes (TT), what is reflected once inside
-/// (TRT), and the rest as one lobe even around the fibre. Each lobe is normalised in both angles,
+/// Scattering by a fiber: what it reflects (R), what passes (TT), what is reflected once inside
+/// (TRT), and the rest as one lobe even around the fiber. Each lobe is normalized in both angles,
 /// so that all together reflect exactly 1 where nothing is absorbed. Not reciprocal: neither the
-/// tilt of the scales nor the offset across the fibre, which is where light leaves as well as where
+/// tilt of the scales nor the offset across the fiber, which is where light leaves as well as where
 /// it enters, is told for the two directions together.
-/// Directions are unit, in the frame of the fibre: x along it from root to tip.
+/// Directions are unit, in the frame of the fiber: x along it from root to tip.
 /// Ref: Chiang, Bitterli, Tappan & Burley 2016, "A Practical and Controllable Hair and Fur Model
 /// for Production Path Tracing"; Pharr, Jakob & Humphreys 2023, section 9.9.
 class HairLobes {
   public:
     static constexpr int lobe_count = 4;
 
-    /// h: where across the fibre, from −1 to 1: the sine of the angle about x from the normal
+    /// h: where across the fiber, from −1 to 1: the sine of the angle about x from the normal
     /// there to the direction that looks.
     HairLobes(const HairParameters& parameters, float h);
 

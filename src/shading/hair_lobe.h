@@ -8,8 +8,8 @@
 
 namespace velatura::shading {
 
-/// A fibre as a scattering function of a surface. The path loop multiplies by the cosine to the
-/// normal, which means nothing to a fibre: f is divided by it.
+/// A fiber as a scattering function of a surface. The path loop multiplies by the cosine to the
+/// normal, which means nothing to a fiber: f is divided by it.
 struct HairLobe {
     HairLobes lobes;
     HairLobes::View view;  ///< of the constructor's wo

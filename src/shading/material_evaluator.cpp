@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "shading/material_evaluator.h"
 
-#include "geometry/fibre.h"
+#include "geometry/fiber.h"
 #include "geometry/geometry_set.h"
 #include "geometry/triangle_mesh.h"
 #include "scene/effect_calls.h"
@@ -14,16 +14,16 @@ namespace velatura::shading {
 namespace {
 
 using geometry::SurfacePoint;
+using scene::can_cut;
+using scene::can_transmit;
+using scene::can_transmit_diffusely;
 using scene::count_call;
 using scene::Effect;
 using scene::Input;
 using scene::is_constant;
-using scene::may_cut;
-using scene::may_transmit;
-using scene::may_transmit_diffusely;
 
-/// Grey of surfaces without any colour (usdImaging's fallback).
-constexpr float fallback_grey = 0.5f;
+/// Gray of surfaces without any color (usdImaging's fallback).
+constexpr float fallback_gray = 0.5f;
 
 /// v in [0, 1]; NaN counts as 0.
 float unit_interval(float v) {
@@ -58,7 +58,7 @@ scene::Provenance provenance_of(const scene::Scene& scene, const scene::Material
                                                   : scene::Provenance();
 }
 
-/// Says which constants are out of the range that the model can honour.
+/// Says which constants are out of the range that the model can honor.
 void check_constants(const scene::Scene& scene,
                      const scene::Material& m,
                      Diagnostics& diagnostics) {
@@ -86,7 +86,7 @@ void check_constants(const scene::Scene& scene,
     check(m.transmission_color, "velatura:transmissionColor");
 }
 
-/// Makes the index that of a body within another, and finds what blurs light there.
+/// Makes the index that of a solid within another, and finds what blurs light there.
 void set_surroundings(const std::vector<const RoughInterface*>& interfaces,
                       float surrounding_index,
                       SurfaceParameters& p) {
@@ -152,15 +152,15 @@ void MaterialEvaluator::update(Diagnostics& diagnostics) {
     for (const scene::Material& m : scene.materials) {
         check_constants(scene, m, diagnostics);
         Flags f;
-        f.has_presence = may_cut(m) || forced.has(Effect::Cutouts);
+        f.has_presence = can_cut(m) || forced.has(Effect::Cutouts);
         set_transport(m, f, diagnostics);
         f.turns_normals = !is_constant(m.normal) || m.normal.value != Rgb(0.0f, 0.0f, 1.0f);
-        if (scene::may_have_sheen(m)) sheen_ = &SheenAlbedo::of_process();
+        if (scene::can_have_sheen(m)) sheen_ = &SheenAlbedo::of_process();
         f.is_emissive = scene::is_emissive(m);
         f.is_hair = m.hair.has_value();
-        f.has_subsurface = scene::may_scatter_below(m);
+        f.has_subsurface = scene::can_scatter_below(m);
         f.is_special = f.interface != nullptr || f.anisotropic != nullptr || m.thin_walled ||
-                       m.extras.has_value() || f.has_subsurface || may_transmit(m) ||
+                       m.extras.has_value() || f.has_subsurface || can_transmit(m) ||
                        !is_constant(m.clearcoat) || m.clearcoat.value.x > 0.0f;
         has_subsurface_ = has_subsurface_ || f.has_subsurface;
         flags_.push_back(f);
@@ -171,7 +171,7 @@ void MaterialEvaluator::update(Diagnostics& diagnostics) {
         has_emission_ = has_emission_ || f.is_emissive;
     }
     Flags display;
-    display.has_presence = scene::may_cut_display(scene) || forced.has(Effect::Cutouts);
+    display.has_presence = scene::can_cut_display(scene) || forced.has(Effect::Cutouts);
     has_presence_ = has_presence_ || display.has_presence;
     is_see_through_ = is_see_through_ || forced.has(Effect::ThinWalls);
     has_interior_media_ = has_interior_media_ || forced.has(Effect::InteriorMedia);
@@ -188,20 +188,20 @@ MaterialEvaluator::~MaterialEvaluator() = default;
 void MaterialEvaluator::set_transport(const scene::Material& m,
                                       Flags& f,
                                       Diagnostics& diagnostics) {
-    const bool transmits = may_transmit(m);
-    f.has_transmission = transmits || may_transmit_diffusely(m);
-    f.bounds_body = transmits && !m.thin_walled;
-    f.is_bare = m.is_bare && f.bounds_body;
+    const bool transmits = can_transmit(m);
+    f.has_transmission = transmits || can_transmit_diffusely(m);
+    f.bounds_solid = transmits && !m.thin_walled;
+    f.is_bare = m.is_bare && f.bounds_solid;
     f.anisotropic = make_anisotropy(m);
     if (!transmits) return;
     const bool has_index_one = is_constant(m.ior) && m.ior.value.x == 1.0f;
     f.is_see_through = m.thin_walled || has_index_one;
-    if (f.bounds_body && m.rough_transmission)
+    if (f.bounds_solid && m.rough_transmission)
         f.interface = make_interface(m, f, 1.0f, diagnostics);
-    const scene::Matter inside = scene::matter_inside(m);
+    const scene::MediumProperties inside = scene::medium_properties_inside(m);
     f.extinction = inside.absorption + inside.scattering;
     f.scatters_inside = scene::scatters_inside(m);
-    if (!f.bounds_body || m.matter || !(m.transmission_depth > 0.0f)) return;
+    if (!f.bounds_solid || m.interior || !(m.transmission_depth > 0.0f)) return;
     if (!is_constant(m.transmission_color)) {
         diagnostics.warn("absorption", provenance_of(scene_, m).loc, m.name,
                          "inputs:velatura:transmissionColor cannot vary inside a solid "
@@ -209,13 +209,13 @@ void MaterialEvaluator::set_transport(const scene::Material& m,
     }
 }
 
-/// What bodies that displace each other by priority need to know of each other.
+/// What solids that displace each other by priority need to know of each other.
 void MaterialEvaluator::set_priorities(Diagnostics& diagnostics) {
-    // Rays go through what lies in a body of a higher priority, and ask what they are inside of
+    // Rays go through what lies in a solid of a higher priority, and ask what they are inside of
     has_absorption_ = is_see_through_ = true;
     for (size_t i = 0; i < scene_.materials.size(); ++i) {
         const scene::Material& m = scene_.materials[i];
-        if (!flags_[i].bounds_body) continue;
+        if (!flags_[i].bounds_solid) continue;
         flags_[i].priority = m.dielectric_priority;
         flags_[i].index = valid_ior(m.ior.value.x);
         if (!is_constant(m.ior))
@@ -227,7 +227,7 @@ void MaterialEvaluator::set_priorities(Diagnostics& diagnostics) {
         Flags& f = flags_[i];
         if (!f.interface) continue;
         for (size_t k = 0; k < scene_.materials.size(); ++k) {
-            if (k == i || !flags_[k].bounds_body) continue;
+            if (k == i || !flags_[k].bounds_solid) continue;
             if (const RoughInterface* within =
                     make_interface(scene_.materials[i], f, flags_[k].index, diagnostics))
                 f.interfaces_within.push_back(within);
@@ -246,9 +246,9 @@ const AnisotropicAlbedo* MaterialEvaluator::make_anisotropy(const scene::Materia
     AnisotropyRange range;
     range.alpha_low = std::max(narrow.x, specular_switch_alpha);
     range.alpha_high = std::max(wide.x, specular_switch_alpha);
-    const float least_ratio = least_alpha / range.alpha_high;
-    range.ratio_low = std::max(1.0f - anisotropy.y, least_ratio);
-    range.ratio_high = std::max(1.0f - anisotropy.x, least_ratio);
+    const float min_ratio = min_alpha / range.alpha_high;
+    range.ratio_low = std::max(1.0f - anisotropy.y, min_ratio);
+    range.ratio_high = std::max(1.0f - anisotropy.x, min_ratio);
     for (const auto& made : anisotropies_) {
         if (made->range() == range) return made.get();
     }
@@ -370,7 +370,7 @@ float MaterialEvaluator::displacement(const SurfacePoint& point, float footprint
 }
 
 Rgb MaterialEvaluator::display_color(const SurfacePoint& point) const {
-    float out[4] = {fallback_grey, fallback_grey, fallback_grey, 1};
+    float out[4] = {fallback_gray, fallback_gray, fallback_gray, 1};
     if (display_color_ != scene::none && geometry::primvar(scene_, point, display_color_, out))
         count_call(Effect::VaryingColors);
     return unit_interval(Rgb(out[0], out[1], out[2]));
@@ -419,7 +419,7 @@ void MaterialEvaluator::add_special(const scene::Material& m,
         const float coat = unit_interval(scalar(m.clearcoat_roughness, point, footprint));
         p.clearcoat_alpha = coat * coat;
     }
-    if (may_transmit(m)) {
+    if (can_transmit(m)) {
         count_call(Effect::Transmission);
         p.opacity = unit_interval(scalar(m.opacity, point, footprint));
     }
@@ -434,7 +434,7 @@ void MaterialEvaluator::add_special(const scene::Material& m,
         p.transmission_tint = unit_interval(color(m.transmission_color, point, footprint));
 }
 
-void MaterialEvaluator::add_extras(const scene::SurfaceExtras& x,
+void MaterialEvaluator::add_extras(const scene::MaterialXInputs& x,
                                    const SurfacePoint& point,
                                    float footprint,
                                    float metallic,
@@ -457,7 +457,7 @@ void MaterialEvaluator::add_extras(const scene::SurfaceExtras& x,
     p.sheen = sheen_;
     p.sheen_color = unit_interval(color(x.sheen_color, point, footprint)) * sheen;
     p.sheen_roughness = std::max(unit_interval(scalar(x.sheen_roughness, point, footprint)),
-                                 SheenAlbedo::least_roughness);
+                                 SheenAlbedo::min_roughness);
 }
 
 void MaterialEvaluator::add_anisotropy(const scene::Material& m,
@@ -495,7 +495,7 @@ void MaterialEvaluator::add_thin_wall(const scene::Material& m,
     p.is_thin = true;
     p.is_thin_rough = m.rough_transmission;
     if (p.is_thin_rough && p.alpha > 0.0f) count_call(Effect::RoughTransmission);
-    if (!may_transmit_diffusely(m)) return;
+    if (!can_transmit_diffusely(m)) return;
     count_call(Effect::DiffuseTransmission);
     const float share = unit_interval(scalar(m.diffuse_transmission, point, footprint));
     const Input& input =
@@ -539,9 +539,9 @@ Bsdf MaterialEvaluator::make_bsdf(const SurfacePoint& point,
     }
     const scene::Material& m = scene_.materials[point.material];
     if (m.hair) {
-        if (const auto fibre = geometry::fibre_at(scene_, point, wo))
-            return Bsdf(hair_parameters(*m.hair, point, footprint), fibre->h, fibre->along,
-                        fibre->ng, wo);
+        if (const auto fiber = geometry::fiber_at(scene_, point, wo))
+            return Bsdf(hair_parameters(*m.hair, point, footprint), fiber->h, fiber->along,
+                        fiber->ng, wo);
     }
     const bool turns_normal = flags_[point.material].turns_normals;
     return Bsdf(parameters(point.material, point, footprint, surrounding_index), point.ng,
@@ -563,7 +563,7 @@ float MaterialEvaluator::presence(const SurfacePoint& point, float footprint) co
         return unit_interval(out[0]);
     }
     const scene::Material& m = scene_.materials[point.material];
-    if (!may_cut(m)) return 1.0f;
+    if (!can_cut(m)) return 1.0f;
     const float opacity = unit_interval(scalar(m.opacity, point, footprint));
     if (m.opacity_threshold > 0.0f) return opacity >= m.opacity_threshold ? 1.0f : 0.0f;
     return opacity;

@@ -17,29 +17,37 @@
 
 namespace velatura::shading {
 
-/// What is below a surface: a medium that scatters.
+/// Subsurface scattering of a surface point: a homogeneous medium below the surface.
 struct Subsurface {
-    float weight = 0;         ///< share of the base that it takes the place of
-    Rgb color = Rgb(0.0f);    ///< of a large flat piece of it, about
-    Rgb sigma_t = Rgb(0.0f);  ///< [1/render-space unit]
-    Rgb albedo = Rgb(0.0f);   ///< of one scattering
-    float anisotropy = 0;     ///< mean cosine of one
+    float weight = 0;         ///< fraction of the diffuse base that it replaces, [0, 1]
+    Rgb color = Rgb(0.0f);    ///< approximate diffuse albedo of a thick flat slab
+    Rgb sigma_t = Rgb(0.0f);  ///< extinction [1/scene unit, render space]
+    Rgb albedo = Rgb(0.0f);   ///< single-scattering albedo
+    float anisotropy = 0;     ///< mean cosine g of the phase function, in (−1, 1)
 };
 
-/// The albedo of one scattering with which a half space has the albedo `color` under diffuse light.
-/// Ref: van de Hulst 1980, "Multiple Light Scattering", with his similarity for anisotropy;
-/// inverted by Kulla & Conty 2017, "Revisiting Physically Based Shading at Imageworks".
+/// Single-scattering albedo for which a half space has the diffuse albedo `color`.
+/// Args: anisotropy: mean cosine g of the phase function.
+/// Ref:  van de Hulst 1980, "Multiple Light Scattering" (similarity relation for g); inverted by
+///       Kulla & Conty 2017, "Revisiting Physically Based Shading at Imageworks".
 Rgb single_scattering_albedo(const Rgb& color, float anisotropy);
 
-/// Every material of a scene, ready to be evaluated at surface points from many threads.
-/// `footprint` is the width of the ray cone where it meets the surface, in render-space units; 0 =
-/// finest texels.
+/// The materials of a scene, prepared for evaluation at surface points.
+///
+/// Space:   directions are unit vectors in render space and point away from the surface.
+/// `footprint`: width of the ray cone where it hits the surface [scene unit]; 0 = finest texels.
+/// `material`: index into Scene::materials; scene::none = the material of displayColor.
+/// Threads: evaluation is safe from many threads; update() is not.
 class MaterialEvaluator final : public geometry::Displacer {
   public:
-    /// Opens the textures: a missing or broken file costs one error naming file and prim, and gives
-    /// the fallback value. The scene must outlive this. Of `forced` effects the tests and lookups
-    /// are made though they find nothing. Textures are filtered over 2^texture_bias times the
-    /// footprint. texture_bytes: of their cache.
+    // Construction and edits
+
+    /// Opens the textures of the scene, which must outlive this.
+    /// Args:   forced: effects whose tests and lookups run even where no material uses them;
+    ///         texture_bias: textures are filtered over 2^texture_bias times the footprint;
+    ///         texture_bytes: capacity of the texture cache [bytes].
+    /// Errors: none. A missing or damaged file is one error at its prim and gives the fallback
+    ///         value.
     MaterialEvaluator(const scene::Scene& scene,
                       Diagnostics& diagnostics,
                       scene::EffectSet forced = {},
@@ -47,102 +55,119 @@ class MaterialEvaluator final : public geometry::Displacer {
                       size_t texture_bytes = TextureCache::usual_bytes);
     ~MaterialEvaluator() override;
 
-    /// Reads the scene's materials again, which have changed; their textures are those that were
-    /// opened. Not while it is looked at.
-    void update(Diagnostics& diagnostics);
-
     MaterialEvaluator(const MaterialEvaluator&) = delete;
     MaterialEvaluator& operator=(const MaterialEvaluator&) = delete;
 
-    /// The scattering function at a point seen from wo (render space, unit, away from the surface).
-    /// surrounding_index: of refraction, of what is on the side of the surface that its body is
-    /// not.
+    /// Reads the changed materials of the scene; textures stay those that were opened. Not during
+    /// evaluation.
+    void update(Diagnostics& diagnostics);
+
+    // Evaluation at a surface point
+
+    /// BSDF at a point, seen from wo.
+    /// Args: surrounding_index: index of refraction on the side of the surface that is outside of
+    ///       its solid.
     Bsdf make_bsdf(const geometry::SurfacePoint& point,
                    const Vec3& wo,
                    float footprint,
                    float surrounding_index = 1.0f) const;
 
-    /// Emitted radiance towards wo; both sides emit. Black for most materials at the cost of one
-    /// comparison.
+    /// Emitted radiance towards wo, scene-linear; both sides emit. One comparison where the
+    /// material does not emit.
     Rgb emission(const geometry::SurfacePoint& point, const Vec3& wo, float footprint) const;
 
-    /// Probability that the surface is there at all, [0, 1]: cut-out by opacityThreshold,
-    /// opacityMode "presence" and displayOpacity. Not to be mixed up with transmission.
+    /// Presence: probability that the surface exists at the point, [0, 1] (opacityThreshold,
+    /// opacityMode "presence", displayOpacity). Independent of transmission.
     float presence(const geometry::SurfacePoint& point, float footprint) const;
 
+    /// Subsurface scattering at a point. Requires has_subsurface(material).
+    Subsurface subsurface(const geometry::SurfacePoint& point, float footprint) const;
+
+    /// True when the material displaces its surface.
     bool displaces(scene::MaterialId material) const override {
         return material < scene_.materials.size() &&
                scene::is_displacing(scene_.materials[material]);
     }
 
+    /// Displacement along the normal [scene unit], see geometry::Displacer.
     float displacement(const geometry::SurfacePoint& point, float footprint) const override;
 
-    /// False: presence() is 1 everywhere on the material. `none` = the displayColor material.
+    // Properties of one material
+
+    /// False: presence() is 1 at every point of the material.
     bool material_has_presence(scene::MaterialId material) const {
         return flags(material).has_presence;
     }
 
-    /// Some material of the scene may have presence below 1.
-    bool has_presence() const { return has_presence_; }
-
+    /// True when emission() can be non-black.
     bool is_emissive(scene::MaterialId material) const { return flags(material).is_emissive; }
 
-    bool has_emission() const { return has_emission_; }
-
-    /// The material may transmit (opacity below 1 in transparent mode, or a translucent sheet).
+    /// True when the material can transmit: opacity below 1 in transparent mode, or a translucent
+    /// thin wall.
     bool material_has_transmission(scene::MaterialId material) const {
         return flags(material).has_transmission;
     }
 
-    /// Light that crosses the surface may enter or leave a body: it transmits and is no thin wall.
-    bool bounds_body(scene::MaterialId material) const { return flags(material).bounds_body; }
+    /// True when the surface bounds a solid: it transmits and is no thin wall.
+    bool bounds_solid(scene::MaterialId material) const { return flags(material).bounds_solid; }
 
-    /// Some light may pass the surface straight on, without being scattered: smooth thin walls, and
-    /// interfaces of the constant index 1. What passes is Bsdf::delta.
+    /// True when light can pass without being scattered: smooth thin walls, and interfaces of the
+    /// constant index 1. Bsdf::delta() is what passes.
     bool material_is_see_through(scene::MaterialId material) const {
         return flags(material).is_see_through;
     }
 
-    bool is_see_through() const { return is_see_through_; }
+    /// True when light scatters below the surface (subsurface scattering).
+    bool has_subsurface(scene::MaterialId material) const { return flags(material).has_subsurface; }
 
-    /// Some material of the scene absorbs or scatters inside, or has a priority: whoever goes
-    /// through surfaces has to know what is inside of what.
-    bool has_absorption() const { return has_absorption_; }
+    /// True when curves of the material scatter as fibers.
+    bool is_hair(scene::MaterialId material) const { return flags(material).is_hair; }
 
-    /// Bodies displace each other by priorities.
-    bool has_priorities() const { return has_priorities_; }
+    // Interior of the solid that a material bounds
 
+    /// Priority among overlapping dielectrics (docs/adr/0025).
     int priority(scene::MaterialId material) const { return flags(material).priority; }
 
-    /// Of refraction inside a body, wherever in it.
+    /// Index of refraction of the interior, constant.
     float index(scene::MaterialId material) const { return flags(material).index; }
 
-    /// What goes no further inside a body of the material [1/scene unit]; 0 for most. Infinite
-    /// where nothing passes.
+    /// Extinction of the interior medium [1/scene unit]; 0 for most materials, infinite when
+    /// nothing passes.
     const Rgb& extinction(scene::MaterialId material) const { return flags(material).extinction; }
 
-    /// A part of that is scattered.
+    /// True when the interior medium scatters.
     bool scatters_inside(scene::MaterialId material) const {
         return flags(material).scatters_inside;
     }
 
-    /// There is no surface: light goes straight on between the body and what is around it.
+    /// True when the solid has no surface, only an interior medium: light crosses it unchanged.
     bool is_bare(scene::MaterialId material) const { return flags(material).is_bare; }
 
-    /// Light scatters inside some body, or some has no surface.
+    // Properties of the scene: true when some material has them
+
+    /// Some material can have presence below 1.
+    bool has_presence() const { return has_presence_; }
+
+    /// Some material can emit.
+    bool has_emission() const { return has_emission_; }
+
+    /// Some material is see-through, see material_is_see_through().
+    bool is_see_through() const { return is_see_through_; }
+
+    /// Some material absorbs or scatters inside, or has a priority: paths have to track the solids
+    /// that they are in.
+    bool has_absorption() const { return has_absorption_; }
+
+    /// Some dielectrics displace others by priority.
+    bool has_priorities() const { return has_priorities_; }
+
+    /// Some interior medium scatters, or some solid has no surface.
     bool has_interior_media() const { return has_interior_media_; }
 
-    /// Light scatters inside what some material bounds.
+    /// Some material has subsurface scattering.
     bool has_subsurface() const { return has_subsurface_; }
 
-    bool has_subsurface(scene::MaterialId material) const { return flags(material).has_subsurface; }
-
-    /// Of a material that has one.
-    Subsurface subsurface(const geometry::SurfacePoint& point, float footprint) const;
-
-    /// Curves of the material scatter as fibres.
-    bool is_hair(scene::MaterialId material) const { return flags(material).is_hair; }
-
+    /// Cache of the textures, for its statistics.
     const TextureCache& textures() const { return textures_; }
 
   private:
@@ -150,7 +175,7 @@ class MaterialEvaluator final : public geometry::Displacer {
         bool has_presence = false;
         bool is_emissive = false;
         bool has_transmission = false;
-        bool bounds_body = false;
+        bool bounds_solid = false;
         bool is_see_through = false;
         bool is_hair = false;
         bool has_subsurface = false;
@@ -160,7 +185,7 @@ class MaterialEvaluator final : public geometry::Displacer {
         float index = 1;
         Rgb extinction = Rgb(0.0f);
         const RoughInterface* interface = nullptr;             // of rough transmission
-        std::vector<const RoughInterface*> interfaces_within;  // the same within other bodies
+        std::vector<const RoughInterface*> interfaces_within;  // the same within other solids
         const AnisotropicAlbedo* anisotropic = nullptr;
         bool is_special = false;  // has more than a base and its reflection
         bool turns_normals = false;
@@ -223,7 +248,7 @@ class MaterialEvaluator final : public geometry::Displacer {
                      const geometry::SurfacePoint& point,
                      float footprint,
                      SurfaceParameters& parameters) const;
-    void add_extras(const scene::SurfaceExtras& extras,
+    void add_extras(const scene::MaterialXInputs& extras,
                     const geometry::SurfacePoint& point,
                     float footprint,
                     float metallic,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Inputs of fibres.
+// Inputs of fibers.
 #include "scene/effect_calls.h"
 #include "shading/material_evaluator.h"
 
@@ -20,10 +20,10 @@ Rgb within(const Rgb& c, float low, float high) {
 }
 
 /// Where the model means something: less than this reflects nothing, more is no hair.
-constexpr float least_ior = 1.001f, largest_ior = 3.0f;
+constexpr float min_ior = 1.001f, largest_ior = 3.0f;
 
 /// More absorbs everything at once, and is no different.
-constexpr float most_absorption = 1e4f;
+constexpr float max_absorption = 1e4f;
 
 }  // namespace
 
@@ -32,9 +32,9 @@ HairParameters MaterialEvaluator::hair_parameters(const scene::Hair& hair,
                                                   float footprint) const {
     scene::count_call(scene::Effect::Hair);
     HairParameters p;
-    p.roughness = within(scalar(hair.roughness, point, footprint), least_hair_roughness, 1.0f);
+    p.roughness = within(scalar(hair.roughness, point, footprint), min_hair_roughness, 1.0f);
     p.azimuthal_roughness =
-        within(scalar(hair.azimuthal_roughness, point, footprint), least_hair_roughness, 1.0f);
+        within(scalar(hair.azimuthal_roughness, point, footprint), min_hair_roughness, 1.0f);
     switch (hair.absorber) {
         case scene::Hair::Absorber::Color:
             p.sigma_a = absorption_of_color(within(color(hair.color, point, footprint), 0.0f, 1.0f),
@@ -42,15 +42,15 @@ HairParameters MaterialEvaluator::hair_parameters(const scene::Hair& hair,
             break;
         case scene::Hair::Absorber::Melanin:
             p.sigma_a = absorption_of_melanin(
-                within(scalar(hair.eumelanin, point, footprint), 0.0f, most_absorption),
-                within(scalar(hair.pheomelanin, point, footprint), 0.0f, most_absorption));
+                within(scalar(hair.eumelanin, point, footprint), 0.0f, max_absorption),
+                within(scalar(hair.pheomelanin, point, footprint), 0.0f, max_absorption));
             break;
         case scene::Hair::Absorber::Coefficient:
-            p.sigma_a = within(color(hair.absorption, point, footprint), 0.0f, most_absorption);
+            p.sigma_a = within(color(hair.absorption, point, footprint), 0.0f, max_absorption);
             break;
     }
-    p.ior = within(hair.ior, least_ior, largest_ior);
-    // A fifth of a right angle: no fibre has scales that stand further off
+    p.ior = within(hair.ior, min_ior, largest_ior);
+    // A fifth of a right angle: no fiber has scales that stand further off
     p.cuticle_angle = within(hair.cuticle_angle_deg, -18.0f, 18.0f) * (pi / 180.0f);
     return p;
 }

@@ -17,10 +17,10 @@ float unit_interval(float v) {
 
 /// Ways between scatterings below this part of the distance to the origin of render space are lost
 /// in the rounding of points; no one sees how far light spreads by them.
-constexpr float least_radius = 0x1p-14f;
+constexpr float min_radius = 0x1p-14f;
 
 /// A medium that does not turn light at all, or turns all of it back, is none.
-constexpr float most_anisotropy = 0.99f;
+constexpr float max_anisotropy = 0.99f;
 
 }  // namespace
 
@@ -52,12 +52,12 @@ Subsurface MaterialEvaluator::subsurface(const geometry::SurfacePoint& point,
         color(m.subsurface_color ? *m.subsurface_color : m.diffuse_color, point, footprint);
     const Rgb radius = color(m.subsurface_radius, point, footprint);
     const float g = m.subsurface_anisotropy;
-    below.anisotropy = std::isnan(g) ? 0.0f : std::clamp(g, -most_anisotropy, most_anisotropy);
-    const float least = least_radius * std::max(std::abs(point.p.x),
-                                                std::max(std::abs(point.p.y), std::abs(point.p.z)));
+    below.anisotropy = std::isnan(g) ? 0.0f : std::clamp(g, -max_anisotropy, max_anisotropy);
+    const float min = min_radius * std::max(std::abs(point.p.x),
+                                            std::max(std::abs(point.p.y), std::abs(point.p.z)));
     for (int c = 0; c < 3; ++c) {
         below.color[c] = unit_interval(base[c]);
-        const float r = radius[c] > least ? radius[c] : least;
+        const float r = radius[c] > min ? radius[c] : min;
         below.sigma_t[c] = r > 0.0f ? 1.0f / r : 0x1p40f;
     }
     below.albedo = single_scattering_albedo(below.color, below.anisotropy);

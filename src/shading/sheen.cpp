@@ -56,20 +56,20 @@ const SheenAlbedo& SheenAlbedo::of_process() {
 
 SheenAlbedo::SheenAlbedo() {
     for (int w = 0; w < widths; ++w) {
-        // Smooth fibres differ most: many of them
+        // Smooth fibers differ most: many of them
         const float x = float(w) / float(widths - 1);
-        const float roughness = lerp(least_roughness, 1.0f, x * x);
-        float most = 1.0f;
+        const float roughness = lerp(min_roughness, 1.0f, x * x);
+        float max = 1.0f;
         for (int c = 0; c < cosines; ++c) {
             raw_[size_t(w)][size_t(c)] = albedo_of(cosine_of(c, cosines), roughness);
-            most = std::max(most, raw_[size_t(w)][size_t(c)]);
+            max = std::max(max, raw_[size_t(w)][size_t(c)]);
         }
-        scale_[size_t(w)] = 1.0f / most;
+        scale_[size_t(w)] = 1.0f / max;
     }
 }
 
 SheenAlbedo::Place SheenAlbedo::width_place(float roughness) {
-    const float share = (roughness - least_roughness) / (1.0f - least_roughness);
+    const float share = (roughness - min_roughness) / (1.0f - min_roughness);
     const float x = std::sqrt(std::clamp(share, 0.0f, 1.0f)) * float(widths - 1);
     const int index = std::clamp(int(x), 0, widths - 2);
     return {index, std::clamp(x - float(index), 0.0f, 1.0f)};

@@ -7,9 +7,9 @@
 
 namespace velatura::shading {
 
-/// f [1/sr] of a layer of fibres that stand up: the "Charlie" distribution of normals
+/// f [1/sr] of a layer of fibers that stand up: the "Charlie" distribution of normals
 /// (2 + 1/r)·sin^(1/r) θm / 2π over 4(μo + μi − μo·μi), unscaled.
-/// Args: cosines in (0, 1]; cos_m of the half vector; roughness in [SheenAlbedo::least_roughness,
+/// Args: cosines in (0, 1]; cos_m of the half vector; roughness in [SheenAlbedo::min_roughness,
 /// 1]. Ref:  Estevez & Kulla 2017, "Production Friendly Microfacet Sheen BRDF"; the denominator is
 /// that
 ///       of Neubelt & Pettineo 2013, "Crafting a Next-Gen Material Pipeline for The Order: 1886",
@@ -17,12 +17,12 @@ namespace velatura::shading {
 float sheen_f(float mu_o, float mu_i, float cos_m, float roughness);
 
 /// Directional albedo of the sheen, tabulated when made: 0.2 s of CPU time. What the formula alone
-/// would reflect above 1 (smooth fibres at grazing angles) is scaled to 1, by a factor of the
+/// would reflect above 1 (smooth fibers at grazing angles) is scaled to 1, by a factor of the
 /// roughness alone, so that the lobe stays reciprocal. Error of at(): < 3e-3.
 class SheenAlbedo {
   public:
     /// Below this the peak is narrower than the table.
-    static constexpr float least_roughness = 0.07f;
+    static constexpr float min_roughness = 0.07f;
 
     /// The one table, made when it is first asked for, by whichever thread.
     static const SheenAlbedo& of_process();

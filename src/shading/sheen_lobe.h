@@ -9,7 +9,7 @@
 
 namespace velatura::shading {
 
-/// Fibres on top of everything. Sheen takes its share first; what is below gets what the larger
+/// Fibers on top of everything. Sheen takes its share first; what is below gets what the larger
 /// share of the two directions leaves: reciprocal, and never more than there is. Ref: Kulla & Conty
 /// 2017, "Revisiting Physically Based Shading at Imageworks", as MaterialX's layer operator.
 struct SheenLobe {
@@ -25,10 +25,10 @@ struct SheenLobe {
 
     void add(
         const LayerView& v, const Vec3& wi, const Vec3& wm, float mu_i, BsdfValue& value) const {
-        const float most = std::max(v.sheen, albedo(mu_i));
-        value.diffuse *= under(most);
-        value.specular *= under(most);
-        value.coat *= under(most);
+        const float max = std::max(v.sheen, albedo(mu_i));
+        value.diffuse *= under(max);
+        value.specular *= under(max);
+        value.coat *= under(max);
         if (!(wi.z > 0.0f && v.mu > 0.0f)) return;
         value.diffuse += color * (table->scale(roughness) *
                                   sheen_f(v.mu, mu_i, std::clamp(wm.z, 0.0f, 1.0f), roughness));

@@ -71,7 +71,7 @@ struct TextureCache::State {
             if (!made) return made.error();
             source = std::move(*made);
         }
-        return source->open(*admitted, texture.colors.curve, wrap_s, wrap_t, limits().picture_side);
+        return source->open(*admitted, texture.colors.curve, wrap_s, wrap_t, limits().image_side);
     }
 
     void open_file(Entry& entry, const scene::Texture& texture);
@@ -99,7 +99,7 @@ void TextureCache::State::open_tiles(Entry& entry, const scene::Texture& texture
     for (int i = 0; i < udim_count; ++i) {
         const std::string path = udim_tile_name(texture.file, i);
         if (!asset_exists(path)) continue;
-        // A tile does not run into its neighbour: the filter stops at the edge of its own file
+        // A tile does not run into its neighbor: the filter stops at the edge of its own file
         OpenedFile opened = open(path, texture, scene::Wrap::Clamp, scene::Wrap::Clamp);
         if (opened) {
             entry.tiles[size_t(i)] = std::move(*opened);
@@ -119,7 +119,7 @@ TextureCache::Handle TextureCache::open(const scene::Texture& texture,
                                         SourceLoc loc,
                                         const std::string& prim_path,
                                         Diagnostics& diagnostics) {
-    const MemoryLimit::Granted granted;
+    const MemoryLimit::Exemption granted;
     State::Entry& entry = state_->entries.emplace_back();
     entry.scale = texture.scale;
     entry.bias = texture.bias;
@@ -180,11 +180,11 @@ TexelRgba TextureCache::lookup(Handle handle, const Vec2& st, const Vec2& width)
         s -= column;
         t -= row;
     }
-    // Wider than the picture means its mean; a NaN width means no filter
+    // Wider than the image means its mean; a NaN width means no filter
     const float width_s = width.x > 0.0f ? std::min(width.x, 1.0f) : 0.0f;
     const float width_t = width.y > 0.0f ? std::min(width.y, 1.0f) : 0.0f;
     TexelRgba texel;
-    const MemoryLimit::Granted granted;
+    const MemoryLimit::Exemption granted;
     if (!tile->lookup(Vec2(s, t), Vec2(width_s, width_t), texel)) {
         entry.fail(state_->source->lookup_error());
         return entry.fallback;

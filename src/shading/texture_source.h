@@ -22,7 +22,7 @@ inline constexpr uint32_t texture_interface_version = 4;
 /// RGBA of a texture lookup, scene-linear.
 using TexelRgba = std::array<float, 4>;
 
-/// A picture that is looked up by coordinates.
+/// An image that is looked up by coordinates.
 class TextureFile {
   public:
     virtual ~TextureFile() = default;
@@ -68,7 +68,7 @@ class TextureSourceFactory {
   public:
     virtual ~TextureSourceFactory() = default;
 
-    /// Does not throw. `decoding`: of every picture that the plugin opens from here on. Errors:
+    /// Does not throw. `decoding`: of every image that the plugin opens from here on. Errors:
     /// "textures".
     virtual Result<std::unique_ptr<TextureSource>> make(size_t memory_bytes,
                                                         const DecodeLimits& decoding) const = 0;

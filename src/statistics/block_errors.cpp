@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "statistics/block_errors.h"
 
-#include "statistics/picture_change.h"
+#include "statistics/image_change.h"
 
 #include <algorithm>
 #include <cmath>

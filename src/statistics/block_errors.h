@@ -31,7 +31,7 @@ struct BlockError {
     static constexpr int size = 8;
 };
 
-/// Row by row. `slope`: errors fall as samples^−slope (picture_change.h). Nothing unless every
+/// Row by row. `slope`: errors fall as samples^−slope (image_change.h). Nothing unless every
 /// pixel's change is known.
 std::optional<std::vector<BlockError>> block_errors(const accumulate::SampleSums& sums,
                                                     double slope);

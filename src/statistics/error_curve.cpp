@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "statistics/error_curve.h"
 
-#include "statistics/picture_change.h"
+#include "statistics/image_change.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,13 +17,13 @@ constexpr ErrorSlope usual = {statistics::usual_slope, statistics::usual_slope_d
 // No observation is better than the first of these; one from k doublings ago is k² times the second
 // off its line, and one of n samples per pixel the third over n: the first samples of a pixel do
 // not behave as many do
-constexpr double least_deviation = 0.005, bend = 0.01, young = 0.25;
+constexpr double min_deviation = 0.005, bend = 0.01, young = 0.25;
 
-// Slopes of pictures that meet all their light are 0.48 at least, among scenes/; and what is not
+// Slopes of images that meet all their light are 0.48 at least, among scenes/; and what is not
 // sure is taken to be usual
 constexpr double rare_slope = 0.44;
 
-// Relative squares divide by the noisy picture itself: an error of e is not known better than to
+// Relative squares divide by the noisy image itself: an error of e is not known better than to
 // this times e
 constexpr double unsettled = 0.25;
 
@@ -59,7 +59,7 @@ double ErrorCurve::deviation_of(const Observation& o) {
     // Of the logarithm; where the interval reaches down to nothing, its upper side tells
     const double spread = std::log(o.seen.change.high / o.seen.change.value) / quantile;
     const double doubt = unsettled * o.seen.change.value;
-    return std::sqrt(least_deviation * least_deviation + spread * spread + doubt * doubt);
+    return std::sqrt(min_deviation * min_deviation + spread * spread + doubt * doubt);
 }
 
 double ErrorCurve::weight_of(const Observation& o) const {
@@ -112,7 +112,7 @@ ErrorSlope ErrorCurve::slope() const {
     // Observations that lie further off than their intervals say make it less certain
     const double excess = freedom > 0 ? std::max(1.0, (yy - xy * xy / xx) / freedom) : 1.0;
     const double precision = xx / excess;
-    // A picture that is plainly not like the others is less bound to them
+    // An image that is plainly not like the others is less bound to them
     const double beyond_chance =
         std::max(0.0, std::abs(fitted - usual.value) - quantile / std::sqrt(precision));
     const double doubt = std::max(usual.deviation, 0.5 * beyond_chance);

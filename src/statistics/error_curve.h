@@ -9,13 +9,13 @@
 
 namespace velatura::statistics {
 
-/// What a picture showed of its noise at a moment of its render.
+/// What an image showed of its noise at a moment of its render.
 struct ErrorObservation {
     uint64_t samples_min = 0, samples_max = 0;  ///< of any pixel
     double samples_mean = 0;
     double time_s = 0;  ///< since the first sample
     statistics::RelativeError
-        change;  ///< since every pixel had half its samples: image::picture_change
+        change;  ///< since every pixel had half its samples: image::image_change
 };
 
 /// The error at a number of samples. ErrorCurve::points.
@@ -31,7 +31,7 @@ struct ErrorSlope {
     double deviation = 0;  ///< standard deviation of the value
 };
 
-/// Which samples and how much time would bring a picture to an error; with 95 % intervals.
+/// Which samples and how much time would bring an image to an error; with 95 % intervals.
 struct ErrorForecast {
     enum class Kind : uint8_t {
         Reached,  ///< the last point is no worse: nothing else is set
@@ -48,7 +48,7 @@ struct ErrorForecast {
     double time_s = 0, time_low_s = 0, time_high_s = 0;     ///< since the first sample
 };
 
-/// The error of a picture against its samples, as its render shows it.
+/// The error of an image against its samples, as its render shows it.
 ///
 /// Errors fall by a power of the samples that lies between −1/2 (independent samples) and that of
 /// scrambled nets, which integrands with edges keep near −1/2 … −3/4 (Owen 1997, "Scrambled net
@@ -75,7 +75,7 @@ class ErrorCurve {
     ErrorSlope slope() const;
 
     /// Errors fall far more slowly than those of independent samples, or grow: some light is met so
-    /// rarely that the picture does not know its noise yet, and the error is more than it says.
+    /// rarely that the image does not know its noise yet, and the error is more than it says.
     bool is_rare() const;
 
     /// The error itself at each observation, with what the slope leaves open in the interval.

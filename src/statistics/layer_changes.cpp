@@ -2,7 +2,7 @@
 #include "statistics/layer_changes.h"
 
 #include "accumulate/pixel_means.h"
-#include "statistics/picture_change.h"
+#include "statistics/image_change.h"
 #include "statistics/relative_error.h"
 
 #include <algorithm>

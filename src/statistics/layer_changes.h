@@ -10,7 +10,7 @@
 
 namespace velatura::statistics {
 
-/// How noisy a light layer is, in units of the picture: √ of the mean of its variance / (beauty² +
+/// How noisy a light layer is, in units of the image: √ of the mean of its variance / (beauty² +
 /// 0.01).
 struct LayerNoise {
     std::string layer;
@@ -18,7 +18,7 @@ struct LayerNoise {
 };
 
 /// How light layers change as samples double, from one pixel of sixteen: that tells their noise as
-/// picture_change.h tells that of the picture. Not for concurrent use.
+/// image_change.h tells that of the image. Not for concurrent use.
 class LayerChanges {
   public:
     /// The layers by bounce, by light and by lobe that there are.

@@ -5,7 +5,7 @@
 
 namespace velatura::statistics {
 
-/// √relMSE of a picture and its 95 % interval (docs/engineering/numerics.md, Error).
+/// √relMSE of an image and its 95 % interval (docs/engineering/numerics.md, Error).
 struct RelativeError {
     double value = 0;
     double low = 0, high = 0;
@@ -13,7 +13,7 @@ struct RelativeError {
     /// Pixels that hold half of the squared error, where `is_lower`.
     size_t half_in = 0;
 
-    /// Few pixels hold most of the squared error, or what they hold is not known (picture_error.h):
+    /// Few pixels hold most of the squared error, or what they hold is not known (image_error.h):
     /// rare bright samples, of which other pixels have met none yet. The value is a lower bound,
     /// the interval means nothing.
     bool is_lower = false;
@@ -31,7 +31,7 @@ inline double relative_square(double variance, double mean) {
 /// n = sum² / variance; of squares s that are there by the chance of a rare sample the variance is,
 /// as of Poisson counts, Σ s², and n their number. The sum is known to 1/√n, its root to half of
 /// that: below n = 100 not to ±10 % with 95 % confidence; and since such sums are skewed, most
-/// pictures state too little. Of a small picture with even noise n is half of its pixels (normal
+/// images state too little. Of a small image with even noise n is half of its pixels (normal
 /// errors: the variance of s is 2 (E s)²).
 bool few_pixels(double sum, double variance, double pixels);
 

@@ -72,11 +72,11 @@ class RoundRunner {
         const std::vector<size_t> order = order_of_round(settings_, round);
         const std::vector<bool> is_settled =
             settled_settings(subject_of(options_), settings_, tallies);
-        std::vector<std::vector<float>> pictures(settings_.size());
+        std::vector<std::vector<float>> images(settings_.size());
         for (size_t i = 0; i < order.size(); ++i) {
             const size_t s = order[i];
             SettingTally& tally = tallies.settings[s];
-            if (!tally.refusal.empty() || is_settled[s]) continue;
+            if (!tally.rejection.empty() || is_settled[s]) continue;
             if (callbacks_.progress)
                 callbacks_.progress({round, options_.rounds, i, order.size(), name_of(settings_[s]),
                                      seconds_since(start_), options_.time_s});
@@ -94,17 +94,17 @@ class RoundRunner {
             if (!run) {
                 if (s == 0 && tally.rounds.empty()) return run.error();
                 if (run.error().code == "stopped") return false;
-                tally.refusal = run.error().message;
+                tally.rejection = run.error().message;
                 continue;
             }
             tallies.add(s, round, *run);
             tallies.rounds = round + 1;
-            pictures[s] = picture_at(*run, options_.spp);
+            images[s] = image_at(*run, options_.spp);
             // How far the render as it is lies from an anchor is found at the anchor
             const size_t anchor = settings_[s].anchor == s ? 0 : settings_[s].anchor;
-            if (anchor != s && !pictures[anchor].empty())
-                tally.difference.add_difference(pictures[s], pictures[anchor]);
-            if (!is_anchor(s)) pictures[s].clear();
+            if (anchor != s && !images[anchor].empty())
+                tally.difference.add_difference(images[s], images[anchor]);
+            if (!is_anchor(s)) images[s].clear();
         }
         return true;
     }
@@ -117,7 +117,7 @@ class RoundRunner {
 
     bool is_anchor(size_t s) const { return s == 0 || settings_[s].anchor == s; }
 
-    static const std::vector<float>& picture_at(const RenderRun& run, uint64_t spp) {
+    static const std::vector<float>& image_at(const RenderRun& run, uint64_t spp) {
         const auto found = std::find_if(run.readings.begin(), run.readings.end(),
                                         [spp](const Reading& r) { return r.spp == spp; });
         VELATURA_CHECK(found != run.readings.end(),
@@ -146,7 +146,7 @@ Result<Grid> choose_grid(const std::vector<Setting>& settings,
         g.height = std::clamp(int(std::lround(pixels / g.width)), 1, options.height);
         return g;
     };
-    constexpr double least = 96, fewest = 512, trial = 1024, most = 8192, wanted_rounds = 8,
+    constexpr double min = 96, fewest = 512, trial = 1024, max = 8192, wanted_rounds = 8,
                      reserve = 0.75;
     const RenderRequest request{
         .options = {}, .seed = options.seed, .grid = shaped(trial), .spp = {options.spp}};
@@ -168,7 +168,7 @@ Result<Grid> choose_grid(const std::vector<Setting>& settings,
         left_s / (round_s * (std::min(rounds, 2.0) + 0.5 * std::max(rounds - 2.0, 0.0)));
     // Without two rounds nothing is known: where there is no time for more, of few pixels
     const double in_two_rounds = left_s / (2 * round_s);
-    return shaped(std::clamp(pixels, std::clamp(in_two_rounds, least, fewest), most));
+    return shaped(std::clamp(pixels, std::clamp(in_two_rounds, min, fewest), max));
 }
 
 Result<void> run_experiments(const std::vector<Setting>& settings,

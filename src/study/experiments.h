@@ -16,7 +16,7 @@ struct ExperimentOptions {
     int rounds = 16;            ///< at most
     uint64_t seed = 0;          ///< of the first round; each further one takes the next
     uint64_t spp = 64;          ///< of the render
-    int width = 0, height = 0;  ///< of its picture, pixels
+    int width = 0, height = 0;  ///< of its image, pixels
 };
 
 /// How far a study is.
@@ -33,7 +33,7 @@ struct ExperimentCallbacks {
     std::function<bool()> is_stopped;
 };
 
-/// A grid of the picture's shape, of so many pixels that `rounds` rounds of the settings fit into
+/// A grid of the image's shape, of so many pixels that `rounds` rounds of the settings fit into
 /// the time, from a trial render of few pixels. Errors: those of the render.
 Result<Grid> choose_grid(const std::vector<Setting>& settings,
                          const ExperimentOptions& options,

@@ -65,7 +65,7 @@ img { width: 100%; height: auto; image-rendering: pixelated; border-radius: .2re
 
 const char* class_of(Verdict v) {
     switch (v) {
-        case Verdict::BestBuy:
+        case Verdict::MostEfficient:
         case Verdict::Better:
         case Verdict::Cheaper:
             return " good";
@@ -135,7 +135,7 @@ std::string bias_text(const Report& r, const SettingResult& s) {
     const bool is_anchor = &s == &r.settings[s.setting.anchor];
     if (s.setting.knob.empty()) return percent(s.bias);
     if (is_anchor) return "exact";
-    if (s.difference.is_same_picture) return "same image";
+    if (s.difference.is_same_image) return "same image";
     return s.difference.is_seen ? percent(s.difference.bias)
                                 : "none seen, < " + percent(s.difference.bias_limit);
 }
@@ -149,7 +149,7 @@ std::string all_settings(const Report& r) {
             "<tr>" + cell(names[0], s.setting.knob.empty() ? "as it is" : s.setting.options, "");
         if (s.rounds < 2) {
             html += fmt::format("<td colspan=\"6\" class=\"soft\">{}</td></tr>",
-                                escaped(s.refusal.empty() ? "not enough rounds" : s.refusal));
+                                escaped(s.rejection.empty() ? "not enough rounds" : s.rejection));
             continue;
         }
         const std::string bias = bias_text(r, s);
@@ -158,8 +158,8 @@ std::string all_settings(const Report& r) {
         };
         html += cell(names[1], between(s.noise)) + cell(names[2], bias) +
                 cell(names[3], factor(s.time));
-        html += cell(names[4], s.setting.promise == Promise::Changes ? std::string("-")
-                                                                     : factor(s.equal_time)) +
+        html += cell(names[4], s.setting.bias_class == BiasClass::Changes ? std::string("-")
+                                                                          : factor(s.equal_time)) +
                 cell(names[5], s.slope.is_known ? fmt::format("{:.2f} ± {:.2f}", s.slope.value,
                                                               1.96 * s.slope.standard_error)
                                                 : "-");

@@ -139,8 +139,7 @@ std::string layers_section(const Report& r) {
     }
     return html.empty()
                ? html
-               : "<h2>Where the light comes from, and where the noise</h2><div class=\"plots\">" +
-                     html +
+               : "<h2>Light and noise by bounce and light group</h2><div class=\"plots\">" + html +
                      "</div><p class=\"soft small\">Noise of different parts can cancel or add: "
                      "shares need not sum to 100 %. b0 is light seen directly, b1 light after one "
                      "bounce.</p>";

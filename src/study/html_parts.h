@@ -20,7 +20,7 @@ std::string bar(double share, int color);
 /// "1.4 % [1.2 %, 1.6 %]"
 std::string between(const Estimate& e);
 
-/// A picture in the page itself. What is display-referred, as StudyMap.
+/// An image in the page itself. What is display-referred, as StudyMap.
 std::string image_tag(const std::string& name,
                       int width,
                       int height,

@@ -13,8 +13,8 @@ namespace velatura::study {
 
 namespace {
 
-constexpr int most_width = 128, most_height = 96, least_width = 32;
-constexpr size_t most_alternatives = 3;
+constexpr int max_width = 128, max_height = 96, min_width = 32;
+constexpr size_t max_alternatives = 3;
 
 /// Settings that people would want to see beside the render as it is: those of the upper rows that
 /// show something else.
@@ -22,9 +22,9 @@ std::vector<size_t> alternatives(const Report& report) {
     std::vector<size_t> chosen;
     for (const KnobRow& row : report.rows) {
         if (row.next == 0 || row.verdict == Verdict::Changes || row.verdict == Verdict::Unknown ||
-            chosen.size() == most_alternatives)
+            chosen.size() == max_alternatives)
             continue;
-        if (!report.settings[row.next].difference.is_same_picture) chosen.push_back(row.next);
+        if (!report.settings[row.next].difference.is_same_image) chosen.push_back(row.next);
     }
     return chosen;
 }
@@ -60,11 +60,11 @@ Region noisiest_region(const Report& report, const Tallies& tallies, int width, 
     Region best{0, 0, std::min(width, report.subject.width),
                 std::min(height, report.subject.height)};
     const PointTally* base = tallies.settings[0].at(report.subject.spp);
-    if (!base || base->picture.count < 2) return best;
+    if (!base || base->image.count < 2) return best;
     std::vector<double> deviation(grid.pixels(), 0.0);
-    for (size_t i = 0; i < base->picture.sum.size(); ++i)
-        deviation[i / 3] += std::sqrt(
-            statistics::relative_square(base->picture.variance(i), base->picture.mean(i)));
+    for (size_t i = 0; i < base->image.sum.size(); ++i)
+        deviation[i / 3] +=
+            std::sqrt(statistics::relative_square(base->image.variance(i), base->image.mean(i)));
 
     // Cells that the part covers, at least one each way
     const auto cells = [](int size, int of, int count) {
@@ -72,15 +72,15 @@ Region noisiest_region(const Report& report, const Tallies& tallies, int width, 
     };
     const int cw = cells(best.width, report.subject.width, grid.width),
               ch = cells(best.height, report.subject.height, grid.height);
-    double most = -1;
+    double max = -1;
     for (int j = 0; j + ch <= grid.height; ++j) {
         for (int i = 0; i + cw <= grid.width; ++i) {
             double sum = 0;
             for (int y = j; y < j + ch; ++y)
                 for (int x = i; x < i + cw; ++x)
                     sum += deviation[size_t(y) * size_t(grid.width) + size_t(x)];
-            if (sum <= most) continue;
-            most = sum;
+            if (sum <= max) continue;
+            max = sum;
             const auto middle = [](int cell, int covered, int count, int of, int size) {
                 return std::clamp(int((cell + 0.5 * covered) / count * of) - size / 2, 0,
                                   of - size);
@@ -105,10 +105,10 @@ void add_images(Report& report,
     const double pixels = double(report.subject.width) * double(report.subject.height);
     const double pixel_s = report.settings[0].cpu_s / pixels * elapsed_per_cpu_second(tallies);
     const double affordable = 0.7 * time_s / (double(settings.size()) * std::max(pixel_s, 1e-12));
-    const double size = std::min(1.0, std::sqrt(affordable / (most_width * most_height)));
-    const int width = std::min(int(size * most_width), report.subject.width),
-              height = std::min(int(size * most_height), report.subject.height);
-    if (width < std::min(least_width, report.subject.width)) return;
+    const double size = std::min(1.0, std::sqrt(affordable / (max_width * max_height)));
+    const int width = std::min(int(size * max_width), report.subject.width),
+              height = std::min(int(size * max_height), report.subject.height);
+    if (width < std::min(min_width, report.subject.width)) return;
 
     const Region region = noisiest_region(report, tallies, width, height);
     for (const size_t s : settings) {

@@ -9,8 +9,8 @@ namespace {
 
 /// One line for each knob, one entry for each value.
 const std::vector<Knob>& all_knobs() {
-    constexpr Promise same = Promise::SameMean, off = Promise::Approximates,
-                      other = Promise::Changes;
+    constexpr BiasClass same = BiasClass::Unbiased, off = BiasClass::Biased,
+                        other = BiasClass::Changes;
     static const std::vector<Knob> knobs = {
         {"max bounces",
          "--max-depth",
@@ -82,11 +82,11 @@ std::string value_now(const Knob& knob, const Facts& facts) {
 }
 
 /// Effects are knobs with two values. What already is left out comes along.
-Knob effect_knob(const std::string& effect, const std::string& left_out) {
+Knob effect_knob(const std::string& effect, const std::string& omitted) {
     return {"effect " + effect,
             "--effects",
-            {{left_out, Promise::Changes},
-             {(left_out.empty() ? "-" : left_out + ",-") + effect, Promise::Changes}}};
+            {{omitted, BiasClass::Changes},
+             {(omitted.empty() ? "-" : omitted + ",-") + effect, BiasClass::Changes}}};
 }
 
 }  // namespace
@@ -101,12 +101,12 @@ std::vector<Knob> knobs_for(const Facts& facts, const std::set<std::string>& onl
         const std::string now = value_now(knob, facts);
         if (std::none_of(k.values.begin(), k.values.end(),
                          [&](const KnobValue& v) { return v.text == now; }))
-            k.values.push_back({now, k.values.back().promise});
+            k.values.push_back({now, k.values.back().bias_class});
         chosen.push_back(std::move(k));
     }
-    const auto left_out = facts.now.find("--effects");
+    const auto omitted = facts.now.find("--effects");
     for (const std::string& effect : facts.effects) {
-        Knob k = effect_knob(effect, left_out == facts.now.end() ? "" : left_out->second);
+        Knob k = effect_knob(effect, omitted == facts.now.end() ? "" : omitted->second);
         if (is_chosen(k, only)) chosen.push_back(std::move(k));
     }
     return chosen;
@@ -117,11 +117,11 @@ std::vector<Setting> settings_for(const std::vector<Knob>& knobs, const Facts& f
     std::map<std::string, size_t> exact_of;
     const auto add = [&](const Knob& k, const KnobValue& v, size_t anchor) {
         const std::string now = value_now(k, facts);
-        const bool is_now_chancy =
+        const bool misses_rare_light_now =
             std::any_of(k.values.begin(), k.values.end(),
-                        [&](const KnobValue& w) { return w.text == now && w.is_chancy; });
-        settings.push_back({k.name, v.text, k.option + " " + v.text, v.promise, false, v.is_chancy,
-                            is_now_chancy, anchor});
+                        [&](const KnobValue& w) { return w.text == now && w.misses_rare_light; });
+        settings.push_back({k.name, v.text, k.option + " " + v.text, v.bias_class, false,
+                            v.misses_rare_light, misses_rare_light_now, anchor});
     };
 
     // What others are held against comes first in every round

@@ -10,17 +10,17 @@
 
 namespace velatura::study {
 
-/// What a value of a knob says about the picture that it gives.
-enum class Promise : uint8_t {
-    SameMean,      ///< unbiased, or the same picture sooner: all its error is noise
-    Approximates,  ///< leaves something out of the picture that the knob's exact value has
-    Changes,       ///< another picture, or another file of it, by intent
+/// What a value of a knob says about the image that it gives.
+enum class BiasClass : uint8_t {
+    Unbiased,  ///< unbiased, or the same image sooner: all its error is noise
+    Biased,    ///< leaves something out of the image that the knob's exact value has
+    Changes,   ///< another image, or another file of it, by intent
 };
 
 struct KnobValue {
     std::string text;  ///< as typed behind the knob's option
-    Promise promise = Promise::SameMean;
-    bool is_chancy = false;  ///< meets some light so rarely that a study may see none of it
+    BiasClass bias_class = BiasClass::Unbiased;
+    bool misses_rare_light = false;  ///< meets some light so rarely that a study may see none of it
 };
 
 /// An option of a render that costs time or leaves error.
@@ -52,10 +52,10 @@ struct Setting {
     std::string knob;  ///< empty: the render as it is
     std::string value;
     std::string options;  ///< to add to those of the render
-    Promise promise = Promise::SameMean;
+    BiasClass bias_class = BiasClass::Unbiased;
     bool is_now = false;  ///< what the render has already
-    bool is_chancy = false,
-         is_now_chancy = false;  ///< this value; that of the knob in the render as it is
+    bool misses_rare_light = false,
+         misses_rare_light_now = false;  ///< this value; that of the knob in the render as it is
     size_t anchor =
         0;  ///< the setting of which it must have the mean, or is told how far it is off
 };

@@ -59,16 +59,16 @@ void add_maps(Report& report,
               const std::vector<Setting>& settings,
               const Tallies& tallies) {
     if (reference.means.size() != 3 * tallies.grid.pixels()) return;
-    StudyMap picture{"picture", "Mean of all renders, one pixel of each cell of the image", {}};
-    for (const double m : reference.means) picture.rgb.push_back(encoded(m));
-    report.maps.push_back(std::move(picture));
+    StudyMap image{"picture", "Mean of all renders, one pixel of each cell of the image", {}};
+    for (const double m : reference.means) image.rgb.push_back(encoded(m));
+    report.maps.push_back(std::move(image));
 
     const PointTally* base = tallies.settings[0].at(report.subject.spp);
-    if (base && base->picture.count >= 2) {
+    if (base && base->image.count >= 2) {
         std::vector<double> squares;
         for (size_t i = 0; i < reference.means.size(); ++i)
             squares.push_back(
-                statistics::relative_square(base->picture.variance(i), reference.means[i]));
+                statistics::relative_square(base->image.variance(i), reference.means[i]));
         squares = per_pixel(squares);
         report.concentration = half_in(squares);
         report.maps.push_back(

@@ -10,7 +10,7 @@ namespace velatura::study {
 /// A scene-linear value as displays take it, in [0, 1].
 float encoded(double linear);
 
-/// Adds the mean picture, where its noise is and where its time goes, and how much of either is in
+/// Adds the mean image, where its noise is and where its time goes, and how much of either is in
 /// few pixels.
 void add_maps(Report& report,
               const Reference& reference,

@@ -12,7 +12,7 @@
 
 namespace velatura::study {
 
-/// Pixels that stand for the whole picture: one from each cell of a grid laid over it.
+/// Pixels that stand for the whole image: one from each cell of a grid laid over it.
 struct Grid {
     int width = 0, height = 0;
 
@@ -21,7 +21,7 @@ struct Grid {
     bool operator==(const Grid&) const = default;
 };
 
-/// A part of the picture, pixels from its upper left corner.
+/// A part of the image, pixels from its upper left corner.
 struct Region {
     int x = 0, y = 0, width = 0, height = 0;
 };
@@ -37,7 +37,7 @@ struct RenderRequest {
     std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
 };
 
-/// What the picture was after some samples.
+/// What the image was after some samples.
 struct Reading {
     uint64_t spp = 0;
     std::vector<float> means;  ///< scene-linear, [height][width][3]

@@ -48,8 +48,8 @@ class Maker {
         report_.grid = tallies.grid;
         report_.rounds = tallies.rounds;
         report_.elapsed_s = tallies.elapsed_s;
-        picture_factor_ = double(subject.width) * double(subject.height) /
-                          double(std::max<size_t>(tallies.grid.pixels(), 1));
+        image_factor_ = double(subject.width) * double(subject.height) /
+                        double(std::max<size_t>(tallies.grid.pixels(), 1));
     }
 
     Report make(const std::vector<Knob>& knobs, const Facts& facts) {
@@ -68,7 +68,7 @@ class Maker {
     }
 
     std::vector<bool> settled() {
-        constexpr int enough_rounds = 2, same_picture_rounds = 6;
+        constexpr int enough_rounds = 2, same_image_rounds = 6;
         constexpr double clearly = 1.05;
         std::vector<bool> is_settled(settings_.size(), false);
         if (tallies_.rounds < enough_rounds) return is_settled;
@@ -79,9 +79,8 @@ class Maker {
             const SettingResult& r = report_.settings[s];
             if (r.rounds < enough_rounds || settings_[s].anchor == s) continue;
             const bool is_worse = r.verdict == Verdict::Worse && r.equal_time.low > clearly;
-            const bool is_same = r.difference.is_same_picture &&
-                                 r.verdict == Verdict::NoDifference &&
-                                 r.rounds >= same_picture_rounds;
+            const bool is_same = r.difference.is_same_image && r.verdict == Verdict::NoDifference &&
+                                 r.rounds >= same_image_rounds;
             is_settled[s] = r.verdict == Verdict::Changes || is_worse || is_same;
         }
         return is_settled;
@@ -93,17 +92,17 @@ class Maker {
         SettingResult r;
         r.setting = settings_[s];
         r.rounds = int(tally.rounds.size());
-        r.refusal = tally.refusal;
+        r.rejection = tally.rejection;
         r.setup_s = tally.setup_s;
         r.outline_px = tally.outline_px;
         for (const PointTally& p : tally.points) {
-            r.curve.push_back({p.spp, average(p.cpu_s) * picture_factor_,
-                               root_of(noise_squares(p.picture, reference_))});
+            r.curve.push_back({p.spp, average(p.cpu_s) * image_factor_,
+                               root_of(noise_squares(p.image, reference_))});
             if (p.spp != spp_) continue;
             r.noise = r.curve.back().noise;
             r.cpu_s = r.curve.back().cpu_s;
             r.rays_per_sample =
-                p.rays / (double(p.picture.count) * double(tallies_.grid.pixels()) * double(p.spp));
+                p.rays / (double(p.image.count) * double(tallies_.grid.pixels()) * double(p.spp));
         }
         r.slope = fit_slope(tally, reference_);
         r.difference = test_difference(tally.difference, reference_);
@@ -121,10 +120,10 @@ class Maker {
 
     ErrorParts parts_of(size_t s) const {
         ErrorParts parts;
-        // Of the same picture the noise is the same, whatever rounds it took part in
-        const size_t of = report_.settings[s].difference.is_same_picture ? 0 : s;
+        // Of the same image the noise is the same, whatever rounds it took part in
+        const size_t of = report_.settings[s].difference.is_same_image ? 0 : s;
         if (const PointTally* p = tallies_.settings[of].at(spp_))
-            parts.noise = noise_squares(p->picture, reference_);
+            parts.noise = noise_squares(p->image, reference_);
         // Other knobs leave what they leave in the render as it is
         const auto join = [&parts](const GroupMeans& more) {
             for (size_t g = 0; g < GroupMeans::groups; ++g) {
@@ -145,7 +144,7 @@ class Maker {
         const ErrorParts own = parts_of(s), base = parts_of(0);
         r.bias = std::sqrt(std::max(own.bias.mean(), 0.0));
         r.error = std::sqrt(square_without(own, GroupMeans::groups, 1.0));
-        if (r.difference.is_same_picture) r.noise = report_.settings[0].noise;
+        if (r.difference.is_same_image) r.noise = report_.settings[0].noise;
         const std::optional<TimeRatio> ratio =
             time_ratio(tallies_.settings[s], tallies_.settings[0], spp_);
         if (s == 0) {
@@ -198,33 +197,33 @@ class Maker {
     /// By how much the logarithm of the error is more if an approximation has all the bias that
     /// would not have been seen.
     static double hidden_bias(const SettingResult& r, double square) {
-        const bool may_hide = r.setting.promise == Promise::Approximates && !r.difference.is_seen &&
-                              !r.difference.is_same_picture;
-        return may_hide ? 0.5 * std::log1p(r.difference.bias_limit * r.difference.bias_limit /
+        const bool can_hide = r.setting.bias_class == BiasClass::Biased && !r.difference.is_seen &&
+                              !r.difference.is_same_image;
+        return can_hide ? 0.5 * std::log1p(r.difference.bias_limit * r.difference.bias_limit /
                                            std::max(square, 1e-300))
                         : 0.0;
     }
 
-    /// Light that a way of sampling meets too rarely to have been seen is missing in its pictures,
+    /// Light that a way of sampling meets too rarely to have been seen is missing in its images,
     /// as by a bug; too much of it where it was met is none either.
     static bool breaks_promise(const SettingResult& r) {
-        if (r.setting.promise != Promise::SameMean || r.setting.knob.empty() ||
+        if (r.setting.bias_class != BiasClass::Unbiased || r.setting.knob.empty() ||
             r.setting.anchor != 0 || !r.difference.is_seen)
             return false;
         constexpr double sure = 4.5;
         const double shift = r.difference.shift, limit = sure * r.difference.shift_se;
-        return !(r.setting.is_chancy && shift < limit) &&
-               !(r.setting.is_now_chancy && shift > -limit);
+        return !(r.setting.misses_rare_light && shift < limit) &&
+               !(r.setting.misses_rare_light_now && shift > -limit);
     }
 
     static Verdict judge(const SettingResult& r, double gain, double worst_gain, double se) {
         if (breaks_promise(r)) return Verdict::Suspect;
-        if (r.setting.promise == Promise::Changes) return Verdict::Changes;
+        if (r.setting.bias_class == BiasClass::Changes) return Verdict::Changes;
         // As many settings are judged, what passes for a difference must be surer than 95 %, and
         // worth the change
         constexpr double sure = 3.5, worth = 0.015;
         if (worst_gain < -sure * se && worst_gain < -worth)
-            return r.difference.is_same_picture ? Verdict::Cheaper : Verdict::Better;
+            return r.difference.is_same_image ? Verdict::Cheaper : Verdict::Better;
         if (gain > sure * se && gain > worth) return Verdict::Worse;
         return Verdict::NoDifference;
     }
@@ -235,10 +234,10 @@ class Maker {
             if (r.verdict != Verdict::Better && r.verdict != Verdict::Cheaper) continue;
             if (!best || r.equal_time.value < best->equal_time.value) best = &r;
         }
-        if (best) best->verdict = Verdict::BestBuy;
+        if (best) best->verdict = Verdict::MostEfficient;
     }
 
-    /// Exact: what rounding does to the mean picture.
+    /// Exact: what rounding does to the mean image.
     double half_error() const {
         double sum = 0;
         for (const double m : reference_.means) {
@@ -253,16 +252,16 @@ class Maker {
         const PointTally* base = tallies_.settings[0].at(2 * spp_);
         if (!base) return rows;
         double energy = 0;
-        for (size_t i = 0; i < base->picture.sum.size(); ++i) energy += base->picture.mean(i);
-        const double noise = noise_squares(base->picture, reference_).mean();
+        for (size_t i = 0; i < base->image.sum.size(); ++i) energy += base->image.mean(i);
+        const double noise = noise_squares(base->image, reference_).mean();
         for (const LayerTally& l : tallies_.layers) {
             LayerRow row{l.is_bounce, l.name};
             // In rounds that did not see it, it was black
-            Moments picture = l.picture;
-            picture.count = base->picture.count;
-            for (size_t i = 0; i < picture.sum.size(); ++i)
-                row.energy += picture.mean(i) / std::max(energy, 1e-30);
-            if (noise > 0) row.noise = noise_squares(picture, reference_).mean() / noise;
+            Moments image = l.image;
+            image.count = base->image.count;
+            for (size_t i = 0; i < image.sum.size(); ++i)
+                row.energy += image.mean(i) / std::max(energy, 1e-30);
+            if (noise > 0) row.noise = noise_squares(image, reference_).mean() / noise;
             rows.push_back(std::move(row));
         }
         return rows;
@@ -272,7 +271,7 @@ class Maker {
     const Tallies& tallies_;
     uint64_t spp_;
     Reference reference_;
-    double picture_factor_ = 1;
+    double image_factor_ = 1;
     std::map<std::string, GroupMeans> bias_of_knob_;
     Report report_;
 };
@@ -291,7 +290,7 @@ const char* text_of(Verdict verdict) {
             return "not estimated yet";
         case Verdict::Now:
             return "as it is";
-        case Verdict::BestBuy:
+        case Verdict::MostEfficient:
             return "BEST BUY";
         case Verdict::Better:
             return "better at equal time";

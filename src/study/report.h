@@ -12,7 +12,7 @@ namespace velatura::study {
 /// What a study was of.
 struct Subject {
     std::string scene, build, machine, date;
-    int width = 0, height = 0;  ///< of the picture
+    int width = 0, height = 0;  ///< of the image
     uint64_t spp = 64, seed = 0;
     int threads = 1;
     std::string options;  ///< as typed
@@ -21,30 +21,30 @@ struct Subject {
 /// Noise at a number of samples.
 struct CurvePoint {
     uint64_t spp = 0;
-    double cpu_s = 0;  ///< of the whole picture
+    double cpu_s = 0;  ///< of the whole image
     Estimate noise;    ///< relative
 };
 
 enum class Verdict : uint8_t {
-    Unknown,       ///< not enough rounds
-    Now,           ///< the render as it is
-    BestBuy,       ///< lowers the error at equal time, more than any other
-    Better,        ///< lowers the error at equal time
-    Cheaper,       ///< the same error for less time
-    NoDifference,  ///< none is seen
-    Worse,         ///< a larger error at equal time
-    Suspect,       ///< promises the mean of the render as it is and has another
-    Changes,       ///< another picture or file, by intent; see its bias
+    Unknown,        ///< not enough rounds
+    Now,            ///< the render as it is
+    MostEfficient,  ///< lowers the error at equal time, more than any other
+    Better,         ///< lowers the error at equal time
+    Cheaper,        ///< the same error for less time
+    NoDifference,   ///< none is seen
+    Worse,          ///< a larger error at equal time
+    Suspect,        ///< promises the mean of the render as it is and has another
+    Changes,        ///< another image or file, by intent; see its bias
 };
 
 const char* text_of(Verdict verdict);
 
 /// What one setting came to. Errors are relative (1 = 100 %), times CPU seconds of the whole
-/// picture.
+/// image.
 struct SettingResult {
     Setting setting;
     int rounds = 0;
-    std::string refusal;
+    std::string rejection;
     std::vector<CurvePoint> curve;
     Estimate noise;    ///< at the render's samples
     double bias = 0;   ///< of everything that this setting leaves out, other knobs as they are
@@ -76,28 +76,28 @@ struct KnobRow {
 struct LayerRow {
     bool is_bounce = false;
     std::string name;
-    double energy = 0;  ///< share of the picture's
+    double energy = 0;  ///< share of the image's
     double noise =
         0;  ///< share of the squared error; rows make up for one another, and need not add up to 1
 };
 
-/// A picture of the grid, for people to look at.
+/// An image of the grid, for people to look at.
 struct StudyMap {
     std::string name, caption;
     std::vector<float> rgb;  ///< display-referred, [height][width][3]
 };
 
-/// A part of the picture by one setting, rendered for the same time as by the others.
+/// A part of the image by one setting, rendered for the same time as by the others.
 struct ShownImage {
     std::string name, caption;
     int width = 0, height = 0;
     std::vector<float> rgb;  ///< display-referred, [height][width][3]
 };
 
-/// A way of storing the picture with its layers.
+/// A way of storing the image with its layers.
 struct FileFormat {
     std::string options;
-    double bytes = 0, write_s = 0;  ///< of the whole picture; CPU seconds
+    double bytes = 0, write_s = 0;  ///< of the whole image; CPU seconds
     double error = 0;               ///< relative, that rounding adds to the beauty
     bool is_now = false;
 };
@@ -128,8 +128,8 @@ Report make_report(const Subject& subject,
                    const std::vector<Setting>& settings,
                    const Tallies& tallies);
 
-/// Settings that need no further rounds: worse beyond doubt, of the same picture in about the same
-/// time, or of another picture by intent, which nobody weighs.
+/// Settings that need no further rounds: worse beyond doubt, of the same image in about the same
+/// time, or of another image by intent, which nobody weighs.
 std::vector<bool> settled_settings(const Subject& subject,
                                    const std::vector<Setting>& settings,
                                    const Tallies& tallies);

@@ -15,24 +15,24 @@ json estimate(const Estimate& e) {
     return {{"value", e.value}, {"low", e.low}, {"high", e.high}};
 }
 
-const char* name_of(Promise promise) {
-    return promise == Promise::SameMean       ? "same mean"
-           : promise == Promise::Approximates ? "approximates"
-                                              : "changes";
+const char* name_of(BiasClass bias_class) {
+    return bias_class == BiasClass::Unbiased ? "same mean"
+           : bias_class == BiasClass::Biased ? "approximates"
+                                             : "changes";
 }
 
 json setting_json(const SettingResult& r) {
     json j = {{"knob", r.setting.knob},
               {"value", r.setting.value},
               {"options", r.setting.options},
-              {"promise", name_of(r.setting.promise)},
+              {"promise", name_of(r.setting.bias_class)},
               {"rounds", r.rounds}};
-    if (!r.refusal.empty()) j["refused"] = r.refusal;
+    if (!r.rejection.empty()) j["refused"] = r.rejection;
     j["verdict"] = text_of(r.verdict);
     j["noise"] = estimate(r.noise);
     j["bias"] = r.bias;
     j["error"] = r.error;
-    j["difference"] = {{"same_picture", r.difference.is_same_picture},
+    j["difference"] = {{"same_picture", r.difference.is_same_image},
                        {"seen", r.difference.is_seen},
                        {"bias", r.difference.bias},
                        {"limit", r.difference.bias_limit},
@@ -125,7 +125,7 @@ std::string to_csv(const Report& r) {
         for (const CurvePoint& p : s.curve) {
             text += fmt::format("{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{}\n",
                                 quoted(s.setting.knob), quoted(s.setting.value),
-                                name_of(s.setting.promise), p.spp, p.cpu_s, p.noise.value,
+                                name_of(s.setting.bias_class), p.spp, p.cpu_s, p.noise.value,
                                 p.noise.low, p.noise.high, s.bias, s.time.value, s.equal_time.value,
                                 quoted(text_of(s.verdict)));
         }

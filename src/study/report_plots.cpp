@@ -43,7 +43,7 @@ ReportPlot plot_of_all(const Report& r) {
                    {"Pareto front", 2, {}, {}, false, true}};
     std::vector<std::pair<double, double>> all;
     for (const SettingResult& s : r.settings) {
-        if (s.rounds < 2 || s.setting.promise == Promise::Changes ||
+        if (s.rounds < 2 || s.setting.bias_class == BiasClass::Changes ||
             s.verdict == Verdict::Suspect || s.error <= 0 || s.cpu_s <= 0)
             continue;
         PlotCurve& c = plot.curves[s.setting.knob.empty() ? 0 : 1];
@@ -54,10 +54,10 @@ ReportPlot plot_of_all(const Report& r) {
         all.push_back(c.points.back());
     }
     std::sort(all.begin(), all.end());
-    double least = 1e300;
+    double min = 1e300;
     for (const auto& p : all) {
-        if (p.second >= least) continue;
-        least = p.second;
+        if (p.second >= min) continue;
+        min = p.second;
         plot.curves[2].points.push_back(p);
     }
     return plot;
@@ -84,7 +84,7 @@ ReportPlot plot_of_knob(const Report& r,
 std::vector<ReportPlot> report_plots(const Report& r) {
     std::map<std::string, std::vector<const SettingResult*>> by_knob;
     for (const SettingResult& s : r.settings)
-        if (s.setting.promise != Promise::Changes && s.rounds >= 2 && !s.setting.knob.empty())
+        if (s.setting.bias_class != BiasClass::Changes && s.rounds >= 2 && !s.setting.knob.empty())
             by_knob[s.setting.knob].push_back(&s);
     std::vector<ReportPlot> plots = {plot_of_all(r)};
     for (const KnobRow& row : r.rows)

@@ -23,7 +23,7 @@ struct ReportPlot {
 /// to draw.
 std::vector<ReportPlot> report_plots(const Report& report);
 
-/// A picture of 1200 pixels' width with title and key, as PNG.
+/// An image of 1200 pixels' width with title and key, as PNG.
 std::string to_png(const ReportPlot& plot);
 
 }  // namespace velatura::study

@@ -43,7 +43,7 @@ size_t next_of(const Report& report, const Knob& knob) {
     for (size_t s = 1; s < report.settings.size(); ++s) {
         const SettingResult& r = report.settings[s];
         if (r.setting.knob != knob.name || r.verdict == Verdict::Unknown) continue;
-        // Nobody should miss a promise that was broken; another picture is looked at for its time
+        // Nobody should miss a promise that was broken; another image is looked at for its time
         const double rank = r.verdict == Verdict::Suspect   ? -1.0
                             : r.verdict == Verdict::Changes ? r.time.value
                                                             : r.equal_time.value;
@@ -66,11 +66,11 @@ double bias_now(const Report& report, const Knob& knob, bool& is_biased) {
 }
 
 double cost_share(const Report& report, const Knob& knob) {
-    double least = 1;
+    double min = 1;
     for (const SettingResult& r : report.settings)
         if (r.setting.knob == knob.name && r.verdict != Verdict::Unknown)
-            least = std::min(least, r.time.value);
-    return 1 - least;
+            min = std::min(min, r.time.value);
+    return 1 - min;
 }
 
 /// That no difference was seen says something only where a large one would have been.
@@ -91,7 +91,7 @@ std::string advice_of(const Report& report, const SettingResult& r) {
             return fmt::format(
                 "{} must have the same mean and differs by {}: possible bias, please report this",
                 r.setting.value, percent(r.difference.bias));
-        case Verdict::BestBuy:
+        case Verdict::MostEfficient:
         case Verdict::Better:
             return r.bias > report.settings[0].bias * 1.001
                        ? at_equal + ", with a bias of " + percent(r.bias)
@@ -103,7 +103,7 @@ std::string advice_of(const Report& report, const SettingResult& r) {
         case Verdict::NoDifference:
             return told_apart(r.equal_time);
         case Verdict::Changes:
-            if (r.difference.is_same_picture)
+            if (r.difference.is_same_image)
                 return fmt::format("the beauty stays as it is, time {:+.0f} %",
                                    (r.time.value - 1) * 100);
             return fmt::format("changes the image by {}, time {:+.0f} %",
@@ -136,7 +136,7 @@ KnobRow row_of(const Report& report, const Knob& knob, const Facts& facts) {
 /// Rows by what a reader should do first.
 int urgency(const KnobRow& row) {
     switch (row.verdict) {
-        case Verdict::BestBuy:
+        case Verdict::MostEfficient:
             return 0;
         case Verdict::Suspect:
             return 1;
@@ -174,8 +174,8 @@ std::vector<KnobRow> make_rows(const Report& report,
 }
 
 std::string advised_options(const Report& report, const KnobRow& row) {
-    const bool is_advised = row.verdict == Verdict::BestBuy || row.verdict == Verdict::Better ||
-                            row.verdict == Verdict::Cheaper;
+    const bool is_advised = row.verdict == Verdict::MostEfficient ||
+                            row.verdict == Verdict::Better || row.verdict == Verdict::Cheaper;
     return is_advised ? report.settings[row.next].setting.options : std::string();
 }
 

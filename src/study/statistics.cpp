@@ -34,14 +34,14 @@ Reference make_reference(const std::vector<Setting>& settings,
     Reference reference;
     double weights = 0;
     for (size_t s = 0; s < settings.size(); ++s) {
-        if (settings[s].promise != Promise::SameMean || settings[s].anchor != 0) continue;
+        if (settings[s].bias_class != BiasClass::Unbiased || settings[s].anchor != 0) continue;
         const PointTally* p = tallies.settings[s].at(spp);
         if (!p) continue;
         // What it is worth goes by its spread, measured against its own mean
         Reference own;
-        for (size_t i = 0; i < p->picture.sum.size(); ++i) own.means.push_back(p->picture.mean(i));
-        const double noise = p->picture.count > 1 ? noise_squares(p->picture, own).mean() : 1.0;
-        const double weight = double(p->picture.count) / std::max(noise, 1e-12);
+        for (size_t i = 0; i < p->image.sum.size(); ++i) own.means.push_back(p->image.mean(i));
+        const double noise = p->image.count > 1 ? noise_squares(p->image, own).mean() : 1.0;
+        const double weight = double(p->image.count) / std::max(noise, 1e-12);
         reference.means.resize(own.means.size(), 0.0);
         for (size_t i = 0; i < own.means.size(); ++i) reference.means[i] += weight * own.means[i];
         weights += weight;
@@ -50,11 +50,11 @@ Reference make_reference(const std::vector<Setting>& settings,
     return reference;
 }
 
-GroupMeans noise_squares(const Moments& picture, const Reference& reference) {
+GroupMeans noise_squares(const Moments& image, const Reference& reference) {
     GroupMeans squares;
-    if (picture.count < 2) return squares;
-    for (size_t i = 0; i < picture.sum.size(); ++i)
-        squares.add(i / 3, statistics::relative_square(picture.variance(i), reference.means[i]));
+    if (image.count < 2) return squares;
+    for (size_t i = 0; i < image.sum.size(); ++i)
+        squares.add(i / 3, statistics::relative_square(image.variance(i), reference.means[i]));
     return squares;
 }
 
@@ -73,9 +73,9 @@ GroupMeans bias_squares(const Moments& difference, const Reference& reference) {
 DifferenceTest test_difference(const Moments& difference, const Reference& reference) {
     DifferenceTest t;
     if (difference.count < 2) return t;
-    t.is_same_picture = std::all_of(difference.square.begin(), difference.square.end(),
-                                    [](double v) { return v == 0.0; });
-    if (t.is_same_picture) return t;
+    t.is_same_image = std::all_of(difference.square.begin(), difference.square.end(),
+                                  [](double v) { return v == 0.0; });
+    if (t.is_same_image) return t;
 
     // Energy: pixels are independent, so that their variances add up; the channels of one are not,
     // and their deviations do
@@ -110,19 +110,19 @@ Slope fit_slope(const SettingTally& tally, const Reference& reference) {
     std::vector<double> x;
     std::vector<GroupMeans> squares;
     for (const PointTally& p : tally.points) {
-        if (p.picture.count < 2) continue;
-        squares.push_back(noise_squares(p.picture, reference));
+        if (p.image.count < 2) continue;
+        squares.push_back(noise_squares(p.image, reference));
         if (squares.back().mean() > 0)
             x.push_back(std::log(double(p.spp)));
         else
             squares.pop_back();
     }
     if (x.size() < 2) return {};
-    const auto fit = [&](size_t left_out) {
+    const auto fit = [&](size_t omitted) {
         double mx = 0, my = 0, xx = 0, xy = 0;
         std::vector<double> y;
         for (const GroupMeans& g : squares)
-            y.push_back(0.5 * std::log(std::max(g.mean_without(left_out), 1e-300)));
+            y.push_back(0.5 * std::log(std::max(g.mean_without(omitted), 1e-300)));
         for (size_t i = 0; i < x.size(); ++i) {
             mx += x[i] / double(x.size());
             my += y[i] / double(x.size());

@@ -24,7 +24,7 @@ struct GroupMeans {
     std::array<double, groups> sum = {}, count = {};
 
     void add(size_t pixel, double value) {
-        // Neighbours fall into different groups, whatever the width of the picture
+        // Neighbors fall into different groups, whatever the width of the image
         const size_t g = (pixel * 0x9e3779b97f4a7c15ull) >> 59;
         sum[g] += value;
         count[g] += 1;
@@ -50,7 +50,7 @@ Reference make_reference(const std::vector<Setting>& settings,
                          uint64_t spp);
 
 /// Squared relative noise of one render, from the spread over rounds.
-GroupMeans noise_squares(const Moments& picture, const Reference& reference);
+GroupMeans noise_squares(const Moments& image, const Reference& reference);
 
 /// Squared relative difference of two settings' means. Without bias: what noise adds to it is taken
 /// off, so that it may come out below zero.
@@ -58,8 +58,8 @@ GroupMeans bias_squares(const Moments& difference, const Reference& reference);
 
 /// Whether two settings differ in the mean.
 struct DifferenceTest {
-    bool is_same_picture = false;    ///< bit for bit in every round
-    double shift = 0, shift_se = 0;  ///< of the picture's energy, relative
+    bool is_same_image = false;      ///< bit for bit in every round
+    double shift = 0, shift_se = 0;  ///< of the image's energy, relative
     double bias = 0;        ///< root of the squared relative difference; 0 where nothing is seen
     double bias_limit = 0;  ///< a bias above it would have been seen (95 %)
     bool is_seen = false;   ///< beyond chance, counting that many settings are tested

@@ -50,9 +50,8 @@ void Tallies::add(size_t setting, int round, const RenderRun& run) {
             std::lower_bound(tally.points.begin(), tally.points.end(), r.spp,
                              [](const PointTally& p, uint64_t spp) { return p.spp < spp; });
         if (place == tally.points.end() || place->spp != r.spp)
-            place =
-                tally.points.insert(place, PointTally{.spp = r.spp, .picture = {}, .cpu_s = {}});
-        place->picture.add(r.means);
+            place = tally.points.insert(place, PointTally{.spp = r.spp, .image = {}, .cpu_s = {}});
+        place->image.add(r.means);
         place->cpu_s.push_back(r.cpu_s);
         place->rays += double(r.rays);
     }
@@ -64,7 +63,7 @@ void Tallies::add(size_t setting, int round, const RenderRun& run) {
         });
         if (place == layers.end())
             place = layers.insert(layers.end(), LayerTally{l.is_bounce, l.name, {}});
-        place->picture.add(l.means);
+        place->image.add(l.means);
     }
 }
 

@@ -28,7 +28,7 @@ struct Moments {
 /// What is known of one setting at one number of samples.
 struct PointTally {
     uint64_t spp = 0;
-    Moments picture;            // [pixel][3]
+    Moments image;              // [pixel][3]
     std::vector<double> cpu_s;  ///< by round
     double rays = 0;            ///< of all rounds
 };
@@ -36,11 +36,11 @@ struct PointTally {
 /// All that a setting's rounds came to.
 struct SettingTally {
     std::vector<PointTally> points;  ///< by samples per pixel, ascending
-    Moments difference;  ///< from the anchor's picture of the same seed, at the render's samples
+    Moments difference;       ///< from the anchor's image of the same seed, at the render's samples
     std::vector<int> rounds;  ///< that it took part in, ascending
     double setup_s = 0;
     double outline_px = 0;
-    std::string refusal;  ///< why it cannot be rendered; empty: it can
+    std::string rejection;  ///< why it cannot be rendered; empty: it can
 
     /// At the render's samples; null before its first round.
     const PointTally* at(uint64_t spp) const;
@@ -49,7 +49,7 @@ struct SettingTally {
 struct LayerTally {
     bool is_bounce = false;
     std::string name;
-    Moments picture;
+    Moments image;
 };
 
 /// All numbers of a study; what is stored and gone on from.

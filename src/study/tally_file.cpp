@@ -91,7 +91,7 @@ void all(File& file, Tallies& t) {
         file.size_of(s.points);
         for (PointTally& p : s.points) {
             file.value(p.spp);
-            moments(file, p.picture);
+            moments(file, p.image);
             list(file, p.cpu_s);
             file.value(p.rays);
         }
@@ -99,13 +99,13 @@ void all(File& file, Tallies& t) {
         list(file, s.rounds);
         file.value(s.setup_s);
         file.value(s.outline_px);
-        list(file, s.refusal);
+        list(file, s.rejection);
     }
     file.size_of(t.layers);
     for (LayerTally& l : t.layers) {
         file.value(l.is_bounce);
         list(file, l.name);
-        moments(file, l.picture);
+        moments(file, l.image);
     }
     moments(file, t.pixel_s);
 }

@@ -237,7 +237,7 @@ class NameCheck {
     static bool is_other_name(std::string_view name) {
         const auto others = other_names();
         return std::any_of(others.begin(), others.end(),
-                           [&](const OtherName& other) { return other.name == name; });
+                           [&](const ExtraName& other) { return other.name == name; });
     }
 
     /// The name that this one may have been meant for; empty: none, or it is one.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/camera.h"
 
-#include "translate/context/placeable.h"
+#include "translate/context/instance_source.h"
 #include "translate/context/values.h"
 #include "translate/geometry/mesh_motion.h"
 #include "translate/motion/shutter.h"
@@ -307,7 +307,7 @@ scene::Camera framing_camera(Context& ctx, const Box3d& world_bounds) {
     camera.window_left = -camera.window_right;
     camera.window_bottom = -camera.window_top;
     const bool is_empty = world_bounds.isEmpty();
-    const Vec3d centre = is_empty ? Vec3d(0.0) : (world_bounds.min + world_bounds.max) / 2;
+    const Vec3d center = is_empty ? Vec3d(0.0) : (world_bounds.min + world_bounds.max) / 2;
     double radius = is_empty ? 1.0 : (world_bounds.max - world_bounds.min).length() / 2;
     if (!(radius > 0.0)) radius = 1.0;
     // Far enough for the sphere around the box to touch the narrower side of the image
@@ -321,7 +321,7 @@ scene::Camera framing_camera(Context& ctx, const Box3d& world_bounds) {
     const Vec3d rows[3] = {right, above, back};
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) camera.render_from_camera[i][j] = rows[i][j];
-    camera.world_position = centre + back * distance;
+    camera.world_position = center + back * distance;
     return camera;
 }
 

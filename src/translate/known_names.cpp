@@ -70,7 +70,7 @@ KnownNames known_names(usd::stage::Prim prim) {
     }
     for (const usd::stage::SchemaRelationship& r : usd::stage::schema_relationships())
         if (has(r.schema)) known.names.emplace_back(r.name);
-    for (const OtherName& other : other_names())
+    for (const ExtraName& other : other_names())
         if (has(other.schema)) known.names.emplace_back(other.name);
     return known;
 }

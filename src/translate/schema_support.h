@@ -36,12 +36,12 @@ struct TokenChoice {
 std::span<const TokenChoice> token_choices();
 
 /// Attributes and relationships that are read, or of no consequence, beside those of the schemas.
-struct OtherName {
+struct ExtraName {
     std::string_view schema;  ///< "" = of any prim
     std::string_view name;
 };
 
-std::span<const OtherName> other_names();
+std::span<const ExtraName> other_names();
 
 /// Schemas, typed or applied, that say nothing of the image. A '*' at the end stands for anything.
 std::span<const std::string_view> schemas_without_image();

@@ -106,7 +106,7 @@ scene::RenderVar read_var(Context& ctx, Prim prim) {
     var.source_type = read_text(prim.attribute("sourceType"), "raw", ctx.time);
     var.provenance = ctx.provenance(prim);
     if (var.source_type == "primvar" && !var.source_name.empty())
-        ctx.state<geometry::WantedPrimvars>().names.insert(var.source_name);
+        ctx.state<geometry::RequestedPrimvars>().names.insert(var.source_name);
     if (var.source_type == "intrinsic") {
         ctx.warn("unsupported-render-var", prim,
                  "render var of sourceType intrinsic is not supported, it gets no channel");
@@ -288,7 +288,7 @@ Result<void> read_render_settings(Context& ctx, const TranslateOptions& options)
     ctx.rendered.purposes.insert(out.included_purposes.begin(), out.included_purposes.end());
     auto& bindings = out.material_binding_purposes;
     if (!options.material_purpose.empty()) bindings = {options.material_purpose};
-    auto& material_purposes = ctx.state<materials::KnownMaterials>().purposes;
+    auto& material_purposes = ctx.state<materials::TranslatedMaterials>().purposes;
     material_purposes.clear();
     for (const std::string& purpose : bindings)
         material_purposes.push_back(purpose == "allPurpose" ? "" : purpose);

@@ -144,7 +144,7 @@ constexpr TokenChoice choices[] = {
     {"renderVisibility", "inherited|invisible|visible", "visible is used"},
 };
 
-constexpr OtherName others[] = {
+constexpr ExtraName others[] = {
     {"", "velatura:shadow:caster"},
     {"", "material:binding"},
     {"", "material:binding:full"},
@@ -272,7 +272,7 @@ std::span<const TokenChoice> token_choices() {
     return choices;
 }
 
-std::span<const OtherName> other_names() {
+std::span<const ExtraName> other_names() {
     return others;
 }
 

@@ -3,7 +3,7 @@
 
 #include "translate/camera.h"
 #include "translate/color/color_space.h"
-#include "translate/context/placeable.h"
+#include "translate/context/instance_source.h"
 #include "translate/context/values.h"
 #include "translate/geometry/thin_walls.h"
 #include "translate/instancing/placement.h"
@@ -35,7 +35,7 @@ Context make_context(const usd::stage::Stage& stage,
     ctx.state<instancing::PlacementLimits>() = {options.max_instances, options.max_copies};
     ctx.state<linking::CasterChoice>() = {options.finds_casters, options.casters};
     // Casters go by where things stand, as links do
-    ctx.state<linking::LinkPlaces>().is_kept = options.finds_casters;
+    ctx.state<linking::LinkPathMappings>().is_kept = options.finds_casters;
     ctx.scene.meters_per_unit = stage.meters_per_unit();
     ctx.scene.frames_per_second = stage.frames_per_second();
     return ctx;
@@ -43,7 +43,7 @@ Context make_context(const usd::stage::Stage& stage,
 
 /// Fills the scene around ctx.origin.
 void translate_content(Context& ctx) {
-    Placeable content;
+    InstanceSource content;
     content.is_stage = true;
     content.origin = ctx.origin;
     walk_children(ctx, ctx.stage.pseudo_root(), Mat4d(), content);
@@ -137,7 +137,7 @@ Box3d world_bounds(const usd::stage::Stage& stage, const TranslateOptions& optio
 
 /// Whether the stage holds a light of any kind, visible, valid, supported or not.
 bool holds_light(const Context& ctx) {
-    if (ctx.state<lights::FoundLights>().has_prim) return true;
+    if (ctx.state<lights::CollectedLights>().has_prim) return true;
     bool is_found = false;
     std::unordered_set<std::string> prototypes;
     usd::stage::traverse(ctx.stage.pseudo_root(), [&](Prim prim) {
@@ -267,7 +267,7 @@ Result<scene::Scene> translate_stage(const usd::stage::Stage& stage,
     geometry::find_thin_walls(ctx);
     linking::link_all(ctx);
     linking::find_casters(ctx);
-    if (ctx.scene.lights.empty() && !ctx.state<materials::KnownMaterials>().has_emissive &&
+    if (ctx.scene.lights.empty() && !ctx.state<materials::TranslatedMaterials>().has_emissive &&
         !holds_light(ctx))
         lights::add_default_dome(ctx);
     lights::finish_light_groups(ctx);

@@ -29,7 +29,7 @@ void warn_light_without_geometry(Context& ctx, Prim prim) {
 
 void warn_round_light(Context& ctx, Prim prim) {
     if (!lights::is_geometry_light(prim)) return;
-    ctx.state<lights::FoundLights>().has_prim = true;
+    ctx.state<lights::CollectedLights>().has_prim = true;
     ctx.warn(
         "unsupported-light", prim,
         fmt::format("{} cannot be a light; only its material is rendered", prim.type_name().str()));

@@ -11,7 +11,7 @@ void warn_unsupported(Context& ctx, Prim prim);
 void warn_light_without_geometry(Context& ctx, Prim prim);
 /// Names curves and points that are to be lights themselves.
 void warn_round_light(Context& ctx, Prim prim);
-/// Names features of rendered prims that are not honoured.
+/// Names features of rendered prims that are not honored.
 void warn_unsupported_features(Context& ctx, Prim prim);
 
 }  // namespace velatura::translate

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/walk.h"
 
-#include "translate/context/placeable.h"
+#include "translate/context/instance_source.h"
 #include "translate/context/values.h"
 #include "translate/geometry/gprims.h"
 #include "translate/geometry/mesh.h"
 #include "translate/geometry/strands.h"
 #include "translate/instancing/instancing.h"
-#include "translate/instancing/moving_balls.h"
 #include "translate/instancing/moving_shape.h"
+#include "translate/instancing/moving_spheres.h"
 #include "translate/instancing/placement_motion.h"
 #include "translate/lights/lights.h"
 #include "translate/lights/mesh_lights.h"
@@ -74,7 +74,7 @@ Vec3d representative_point(Context& ctx, Prim prim, const Mat4d& matrix, const m
 }
 
 /// Draws the prim itself, without its children.
-void draw(Context& ctx, Prim prim, const Mat4d& matrix, motion::Pose* pose, Placeable& out) {
+void draw(Context& ctx, Prim prim, const Mat4d& matrix, motion::Pose* pose, InstanceSource& out) {
     const std::string_view type = prim.type_name().view();
     if (type.empty() || type == "Xform" || type == "Scope" || type == "Camera") {
         warn_light_without_geometry(ctx, prim);
@@ -105,12 +105,12 @@ void draw(Context& ctx, Prim prim, const Mat4d& matrix, motion::Pose* pose, Plac
         std::optional<scene::Volume> volume = volumes::read_volume(ctx, prim, placed);
         if (!volume) return;
         if (scene::has_emission(*volume, ctx.scene.volume_fields))
-            ctx.state<lights::FoundLights>().has_prim = true;
+            ctx.state<lights::CollectedLights>().has_prim = true;
         out.volumes.push_back(std::move(*volume));
         out.is_origin_fixed = true;
         return;
     } else if (lights::is_light_type(type)) {
-        ctx.state<lights::FoundLights>().has_prim = true;
+        ctx.state<lights::CollectedLights>().has_prim = true;
         motion::warn_if_it_moves(ctx, prim, out.frame);
         out.lights.push_back({prim, placed});
         linking::note_linking(ctx, prim);
@@ -129,7 +129,7 @@ void draw(Context& ctx, Prim prim, const Mat4d& matrix, motion::Pose* pose, Plac
     if (read && (is_light || (pose && pose->skin))) {
         motion::warn_if_it_moves(ctx, prim, out.frame);
     } else if (read) {
-        if (type == "Points" && instancing::place_moving_balls(ctx, prim, matrix, *shape, out)) {
+        if (type == "Points" && instancing::place_moving_spheres(ctx, prim, matrix, *shape, out)) {
             out.is_origin_fixed = true;
             return;
         }
@@ -150,8 +150,8 @@ void draw(Context& ctx, Prim prim, const Mat4d& matrix, motion::Pose* pose, Plac
     out.is_origin_fixed = true;
 }
 
-void place_instance(Context& ctx, Prim instance, const Mat4d& matrix, Placeable& out) {
-    Placeable* prototype = instancing::native_prototype(ctx, instance, walk_children);
+void place_instance(Context& ctx, Prim instance, const Mat4d& matrix, InstanceSource& out) {
+    InstanceSource* prototype = instancing::native_prototype(ctx, instance, walk_children);
     if (prototype == nullptr) {
         ctx.warn("instance-cycle", instance,
                  "instance lies inside its own prototype, it is skipped");
@@ -169,7 +169,7 @@ void place_instance(Context& ctx, Prim instance, const Mat4d& matrix, Placeable&
 
 }  // namespace
 
-void walk(Context& ctx, Prim prim, const Mat4d& parent_matrix, Placeable& out) {
+void walk(Context& ctx, Prim prim, const Mat4d& parent_matrix, InstanceSource& out) {
     if (!usd::stage::is_visible_itself(prim, ctx.time)) return;
     if (ctx.rendered.pass && ctx.rendered.pass->pruned.includes(prim.path())) return;
     const std::string_view type = prim.type_name().view();
@@ -203,7 +203,7 @@ void walk(Context& ctx, Prim prim, const Mat4d& parent_matrix, Placeable& out) {
     walk_children(ctx, prim, matrix, out);
 }
 
-void walk_children(Context& ctx, Prim prim, const Mat4d& matrix, Placeable& out) {
+void walk_children(Context& ctx, Prim prim, const Mat4d& matrix, InstanceSource& out) {
     for (const Prim child : shown_children(prim)) walk(ctx, child, matrix, out);
 }
 

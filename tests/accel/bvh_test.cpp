@@ -28,7 +28,7 @@ SoupScene scene_of(const std::vector<Soup>& soups) {
 // The tree finds what testing every triangle finds, with every instruction set.
 void expect_exact(const std::vector<Soup>& soups,
                   const std::vector<geometry::Ray>& rays,
-                  size_t least_hits,
+                  size_t min_hits,
                   BvhOptions options = {}) {
     const SoupScene scene = scene_of(soups);
     const std::vector<geometry::Hit> expected = hits_of(BruteForce(scene), rays);
@@ -38,7 +38,7 @@ void expect_exact(const std::vector<Soup>& soups,
         const Agreement agreement = compare(*bvh, expected, rays);
         EXPECT_EQ(agreement.different, 0u) << kernels.name << " of " << agreement.rays << " rays";
         EXPECT_EQ(agreement.different_occlusion, 0u) << kernels.name;
-        EXPECT_GE(agreement.hits, least_hits);
+        EXPECT_GE(agreement.hits, min_hits);
     }
 }
 

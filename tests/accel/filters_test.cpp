@@ -97,7 +97,7 @@ struct ManyClasses {
 void expect_exact(const SoupScene& scene,
                   const std::vector<geometry::Ray>& rays,
                   const LinkSet& met,
-                  size_t least_hits) {
+                  size_t min_hits) {
     const BruteForce brute(scene);
     std::vector<geometry::Hit> expected;
     size_t hits = 0;
@@ -105,7 +105,7 @@ void expect_exact(const SoupScene& scene,
         expected.push_back(brute.intersect_some(ray, met));
         hits += expected.back().is_valid();
     }
-    EXPECT_GE(hits, least_hits);
+    EXPECT_GE(hits, min_hits);
     for (const Kernels& kernels : all_kernels()) {
         const auto bvh = build_bvh(scene, {.kernels = &kernels});
         size_t different = 0, different_occlusion = 0;

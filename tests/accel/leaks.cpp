@@ -28,14 +28,14 @@ std::vector<ClosedMesh> closed_meshes() {
     };
     const Soup sphere = star_mesh(150, 200, 1.0, 0.0, Vec3d(0), 1);
     add("sphere", sphere, Vec3(0), true);
-    // Rough: neighbours differ by up to a factor of 3 in their distance
+    // Rough: neighbors differ by up to a factor of 3 in their distance
     const Soup rough = star_mesh(100, 100, 1.0, 2.0, Vec3d(0), 3);
     add("rough", rough, Vec3(0), true);
     // Meets edges at grazing angles
-    add("off centre", sphere, Vec3(0.3f, -0.9f, 0.1f), false);
-    const Vec3d centre(148376, 1234, -223423);
-    add("far, radius 2", star_mesh(80, 100, 2, 0.5, centre, 6), Vec3(centre), false);
-    add("far, radius 1000", star_mesh(80, 100, 1000, 0.5, centre, 6), Vec3(centre), false);
+    add("off center", sphere, Vec3(0.3f, -0.9f, 0.1f), false);
+    const Vec3d center(148376, 1234, -223423);
+    add("far, radius 2", star_mesh(80, 100, 2, 0.5, center, 6), Vec3(center), false);
+    add("far, radius 1000", star_mesh(80, 100, 1000, 0.5, center, 6), Vec3(center), false);
     // An aspect of 1e6, then another on other axes
     Soup slivers = star_mesh(60, 60, 1.0, 0.3, Vec3d(0), 8);
     for (Vec3& p : slivers.positions) p.z *= 1e-6f;

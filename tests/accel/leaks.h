@@ -36,7 +36,7 @@ struct ClosedMesh {
     SoupScene scene() const;
 };
 
-/// Those of docs/engineering/hard_cases.md H01: smooth and rough spheres, eyes off the centre, far
+/// Those of docs/engineering/hard_cases.md H01: smooth and rough spheres, eyes off the center, far
 /// from the origin, slivers, placed by an uneven instance.
 std::vector<ClosedMesh> closed_meshes();
 

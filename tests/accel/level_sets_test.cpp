@@ -104,7 +104,7 @@ class Numbers {
         constexpr int cells = VoxelGrid::brick_cells, n = VoxelGrid::node_bricks;
         for (int a = 0; a < 3; ++a)
             if (point[a] < 0 || point[a] >= grid_.node_count[a] * cells * n)
-                return double(grid_.bricks[0].least);
+                return double(grid_.bricks[0].min);
         const scene::Vec3i brick = point / cells, in = point - brick * cells, node = brick / n;
         const uint32_t entry = grid_.nodes[size_t(
             (node.z * grid_.node_count.y + node.y) * grid_.node_count.x + node.x)];
@@ -113,7 +113,7 @@ class Numbers {
             id = grid_.node_entries[entry & ~VoxelGrid::is_node]
                                    [size_t((brick.z % n * n + brick.y % n) * n + brick.x % n)];
         const VoxelGrid::Brick& b = grid_.bricks[id];
-        if (b.is_constant()) return double(b.least);
+        if (b.is_constant()) return double(b.min);
         constexpr int points = VoxelGrid::brick_points;
         return double(grid_.values[b.first_value + size_t((in.z * points + in.y) * points + in.x)]);
     }

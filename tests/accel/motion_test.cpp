@@ -63,7 +63,7 @@ Soup spinning(const Soup& soup, uint32_t segments, double degrees) {
 // With every instruction set.
 void expect_exact(const SoupScene& scene,
                   const std::vector<geometry::Ray>& rays,
-                  size_t least_hits,
+                  size_t min_hits,
                   BvhOptions options = {}) {
     const std::vector<geometry::Hit> expected = hits_of(BruteForce(scene), rays);
     for (const Kernels& kernels : all_kernels()) {
@@ -72,7 +72,7 @@ void expect_exact(const SoupScene& scene,
         const Agreement agreement = compare(*bvh, expected, rays);
         EXPECT_EQ(agreement.different, 0u) << kernels.name << " of " << agreement.rays << " rays";
         EXPECT_EQ(agreement.different_occlusion, 0u) << kernels.name;
-        EXPECT_GE(agreement.hits, least_hits);
+        EXPECT_GE(agreement.hits, min_hits);
     }
 }
 

@@ -44,10 +44,10 @@ bool holds(const Box3& box, const Vec3& p) {
 TEST(Outline, HoldsWhatTheTreeHoldsInAsManyBoxesAsAskedFor) {
     const std::vector<Vec3> points = ball(5000, 1);
     const WideTree tree = tree_of(points, 0.01f);
-    for (const size_t most : {size_t(1), size_t(8), size_t(64), size_t(1000), size_t(100000)}) {
-        const std::vector<Box3> boxes = outline(tree, most);
-        EXPECT_LE(boxes.size(), most + wide - 1);
-        EXPECT_GE(boxes.size(), std::min(most, points.size()));
+    for (const size_t max : {size_t(1), size_t(8), size_t(64), size_t(1000), size_t(100000)}) {
+        const std::vector<Box3> boxes = outline(tree, max);
+        EXPECT_LE(boxes.size(), max + wide - 1);
+        EXPECT_GE(boxes.size(), std::min(max, points.size()));
         for (const Vec3& p : points) {
             EXPECT_TRUE(std::any_of(boxes.begin(), boxes.end(), [&](const Box3& box) {
                 return holds(box, p - Vec3(0.01f)) && holds(box, p + Vec3(0.01f));
@@ -97,16 +97,16 @@ TEST(Placement, FitsATurnedBallCloselyWithAnOutline) {
     const WideTree tree = tree_of(ball(20000, 4), 0.0f);
     Mat4 turned;
     turned.rotate(Vec3(0.5f, 0.7f, 0.3f));
-    PlacedBox one, many, most;
+    PlacedBox one, many, max;
     ASSERT_TRUE(place(turned, outline(tree, 1), one));
     ASSERT_TRUE(place(turned, outline(tree, 64), many));
-    ASSERT_TRUE(place(turned, outline(tree, 2048), most));
+    ASSERT_TRUE(place(turned, outline(tree, 2048), max));
     for (int k = 0; k < 3; ++k) {
         EXPECT_GT(one.upper[k], 1.35);  // the corners of its box
         EXPECT_LT(many.upper[k], 1.3);
-        EXPECT_LT(most.upper[k], 1.1);
-        EXPECT_GT(most.upper[k], 0.99);
-        EXPECT_LT(most.lower[k], -0.99);
+        EXPECT_LT(max.upper[k], 1.1);
+        EXPECT_GT(max.upper[k], 0.99);
+        EXPECT_LT(max.lower[k], -0.99);
     }
 }
 

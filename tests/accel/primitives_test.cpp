@@ -78,7 +78,7 @@ std::vector<geometry::Ray> far_rays(size_t count, uint64_t seed) {
 
 void expect_brute_force(const SoupScene& scene,
                         const std::vector<geometry::Ray>& rays,
-                        size_t least_hits) {
+                        size_t min_hits) {
     const std::vector<geometry::Hit> expected = hits_of(BruteForce(scene), rays);
     for (const Kernels& kernels : all_kernels()) {
         BvhOptions options;
@@ -86,7 +86,7 @@ void expect_brute_force(const SoupScene& scene,
         const Agreement agreement = compare(*build_bvh(scene, options), expected, rays);
         EXPECT_EQ(agreement.different, 0u) << kernels.name << ", " << agreement.hits << " hits";
         EXPECT_EQ(agreement.different_occlusion, 0u) << kernels.name;
-        EXPECT_GE(agreement.hits, least_hits);
+        EXPECT_GE(agreement.hits, min_hits);
     }
 }
 

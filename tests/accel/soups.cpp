@@ -2,11 +2,11 @@
 #include "soups.h"
 
 #include "discs.h"
-#include "geometry/ball_set.h"
 #include "geometry/mapped_set.h"
 #include "geometry/quadric.h"
 #include "geometry/ribbons.h"
 #include "geometry/round_curves.h"
+#include "geometry/sphere_set.h"
 
 #include <cmath>
 #include <utility>
@@ -73,7 +73,7 @@ Soup flat_triangles(size_t count, uint64_t seed) {
 }
 
 Soup star_mesh(
-    int rings, int sectors, double radius, double roughness, const Vec3d& centre, uint64_t seed) {
+    int rings, int sectors, double radius, double roughness, const Vec3d& center, uint64_t seed) {
     Random random(seed);
     Soup soup;
     const auto vertex = [&](double theta, double phi) {
@@ -81,7 +81,7 @@ Soup star_mesh(
         const Vec3d p = Vec3d(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi),
                               std::cos(theta)) *
                             r +
-                        centre;
+                        center;
         soup.positions.emplace_back(float(p.x), float(p.y), float(p.z));
     };
     vertex(0, 0);
@@ -164,7 +164,7 @@ std::vector<TriangleSoupView> strands(size_t count, double thickness, uint64_t s
             scene::Points points;
             points.points = curves.points;
             points.widths = curves.widths;
-            set = geometry::BallSet::make(points);
+            set = geometry::SphereSet::make(points);
         } else if (i % 3 == 2) {
             set = geometry::Ribbons::make(curves);
         } else {

@@ -69,9 +69,9 @@ Soup rods(size_t count, float width, uint64_t seed);
 Soup flat_triangles(size_t count, uint64_t seed);
 
 /// Closed grid sphere whose radius varies between 1 and 1 + roughness; `squeeze` < 1 makes the
-/// triangles of its rings slivers. Vertices are radius·(…) + centre, rounded once.
+/// triangles of its rings slivers. Vertices are radius·(…) + center, rounded once.
 Soup star_mesh(
-    int rings, int sectors, double radius, double roughness, const Vec3d& centre, uint64_t seed);
+    int rings, int sectors, double radius, double roughness, const Vec3d& center, uint64_t seed);
 
 /// Box with two triangles a side.
 Soup box(const Vec3& lower, const Vec3& upper);

@@ -15,7 +15,7 @@ TEST(GroupNames, BecomeLegalUniqueAndShort) {
           "a_very_long_light_name_indeed_1", "a_very_long_light_name_indeed_2"}) {
         set.groups.push_back({name, {}, false});
     }
-    set.normalise_names();
+    set.normalize_names();
     std::set<std::string> seen;
     for (const accumulate::LightGroup& g : set.groups) {
         EXPECT_TRUE(seen.insert(g.name).second) << g.name;
@@ -30,13 +30,13 @@ TEST(GroupNames, BecomeLegalUniqueAndShort) {
     EXPECT_EQ(set.groups[6].name, "b1_light");
 }
 
-TEST(GroupNames, StayAsTheyAreWhenNormalisedAgain) {
+TEST(GroupNames, StayAsTheyAreWhenNormalizedAgain) {
     accumulate::LayerSet set;
     for (const char* name : {"key", "key", "env", "a_very_long_light_name_indeed"})
         set.groups.push_back({name, {}, false});
-    set.normalise_names();
+    set.normalize_names();
     accumulate::LayerSet again = set;
-    again.normalise_names();
+    again.normalize_names();
     EXPECT_EQ(again, set);
 }
 

@@ -20,7 +20,7 @@ double left_after(double distance, int channel) {
     return std::pow(double(color[channel]), distance / double(depth));
 }
 
-scene::Material coloured_glass(float ior) {
+scene::Material colored_glass(float ior) {
     scene::Material m = smooth_glass(ior);
     m.transmission_color = scene::Input(Rgb(color[0], color[1], color[2]));
     m.transmission_depth = depth;
@@ -39,7 +39,7 @@ void add_slab(
 
 TEST(Absorption, SlabPerpendicularly) {
     TestScene test;
-    add_slab(test, -1.0f, -1.5f, 1.0f, test.add_material(coloured_glass(1.5f)));
+    add_slab(test, -1.0f, -1.5f, 1.0f, test.add_material(colored_glass(1.5f)));
     test.add_square(-2.0f, 1.0f, test.add_matte(Rgb(0.0f), Rgb(1.0f)));
     const RenderedLayers layers = render(test, {.size = 32, .samples = 512, .last_bounce = 4});
     const double R = 0.04, T2 = (1.0 - R) * (1.0 - R);
@@ -54,7 +54,7 @@ TEST(Absorption, SlabPerpendicularly) {
 
 TEST(Absorption, SlabOfIndexOneIsPassedStraight) {
     TestScene test;
-    add_slab(test, -1.0f, -1.5f, 1.0f, test.add_material(coloured_glass(1.0f)));
+    add_slab(test, -1.0f, -1.5f, 1.0f, test.add_material(colored_glass(1.0f)));
     test.add_square(-2.0f, 1.0f, test.add_matte(Rgb(0.0f), Rgb(1.0f)));
     const RenderedLayers layers = render(test, {.size = 8, .samples = 4});
     for (int c = 0; c < 3; ++c)
@@ -66,7 +66,7 @@ TEST(Absorption, SlabOfIndexOneIsPassedStraight) {
 TEST(Absorption, InstancesScaleTheDistance) {
     for (const double scale : {0.25, 3.0}) {
         TestScene test;
-        const scene::MaterialId glass = test.add_material(coloured_glass(1.0f));
+        const scene::MaterialId glass = test.add_material(colored_glass(1.0f));
         add_slab(test, 0.1f, -0.1f, 1.0f, glass);
         scene::Prototype prototype;
         prototype.shapes = std::move(test.scene.shapes);
@@ -90,7 +90,7 @@ TEST(Absorption, InstancesScaleTheDistance) {
 // time
 TEST(Absorption, CameraInsideForAWhile) {
     TestScene test;
-    const scene::MaterialId glass = test.add_material(coloured_glass(1.0f));
+    const scene::MaterialId glass = test.add_material(colored_glass(1.0f));
     add_slab(test, 0.5f, -0.5f, 50.0f, glass);
     for (scene::Shape& shape : test.scene.shapes) {
         auto& mesh = std::get<scene::Mesh>(shape.geometry);
@@ -112,7 +112,7 @@ TEST(Absorption, CameraInsideForAWhile) {
 
 TEST(Absorption, CameraInsideABall) {
     TestScene test;
-    test.add_faceted_ball(1.0f, test.add_material(coloured_glass(1.0f)));
+    test.add_faceted_ball(1.0f, test.add_material(colored_glass(1.0f)));
     test.add_square(-4.0f, 8.0f, test.add_matte(Rgb(0.0f), Rgb(1.0f)));
     test.look_at_point(1e-7);
     // Where the axis leaves the ball of facets
@@ -134,7 +134,7 @@ TEST(Absorption, LampInsideABody) {
         Estimate by[2];
         for (const bool absorbs : {false, true}) {
             TestScene test;
-            scene::Material body = coloured_glass(1.0f);
+            scene::Material body = colored_glass(1.0f);
             if (!absorbs)
                 body.transmission_depth = 0.0f, body.transmission_color = scene::Input(Rgb(1.0f));
             test.add_faceted_ball(3.0f, test.add_material(body));
@@ -169,7 +169,7 @@ TEST(Absorption, LampInsideABody) {
 TEST(Absorption, ChainsThatAreSolvedForAbsorb) {
     TestScene test;
     test.add_square(-1.0f, 0.01f, test.add_matte(Rgb(1.0f)));
-    add_slab(test, 0.75f, 0.25f, 4.0f, test.add_material(coloured_glass(1.5f)));
+    add_slab(test, 0.75f, 0.25f, 4.0f, test.add_material(colored_glass(1.5f)));
     TestScene open;
     open.add_square(-1.0f, 0.01f, open.add_matte(Rgb(1.0f)));
     for (TestScene* t : {&test, &open})
@@ -204,10 +204,10 @@ TEST(Absorption, LayersCloseAndWhiteAbsorbsNothing) {
 }
 
 // Bodies within bodies, enters without leaves and leaves without enters
-TEST(H41NestedBodies, EntersAndLeavesNeedNotMatch) {
+TEST(H41NestedDielectrics, EntersAndLeavesNeedNotMatch) {
     scene::Scene scene;
     for (int i = 0; i < 4; ++i) {
-        scene::Material m = coloured_glass(1.5f);
+        scene::Material m = colored_glass(1.5f);
         m.transmission_depth = float(i);
         scene.materials.push_back(m);
     }

@@ -63,8 +63,8 @@ double slab_irradiance(double theta_0,
     return sum * (theta_1 - theta_0) * (phi_1 - phi_0) / (double(steps) * steps);
 }
 
-bool meets_sphere(const Vec3d& o, const Vec3d& d, const Vec3d& centre, double radius) {
-    const Vec3d w = centre - o;
+bool meets_sphere(const Vec3d& o, const Vec3d& d, const Vec3d& center, double radius) {
+    const Vec3d w = center - o;
     const double along = w.dot(d);
     return along > 0.0 && w.dot(w) - along * along < radius * radius;
 }
@@ -92,24 +92,24 @@ void expect_irradiance(const TestScene& test,
 TEST(Caustics, SmallSphereStraightAboveASlab) {
     TestScene test = patch_scene();
     add_slab(test, 0.9f);
-    const Vec3d centre(0, 0, 2);
-    test.add_light(scene::LightKind::Sphere, at(centre)).radius = 0.01f;
+    const Vec3d center(0, 0, 2);
+    test.add_light(scene::LightKind::Sphere, at(center)).radius = 0.01f;
     const double r = double(0.01f);
     const double expected = slab_irradiance(
         0, 0.01, 0, 2 * pi_d,
-        [&](const Vec3d& o, const Vec3d& d) { return meets_sphere(o, d, centre, r); });
+        [&](const Vec3d& o, const Vec3d& d) { return meets_sphere(o, d, center, r); });
     expect_irradiance(test, 3, expected, 4e-2, "sphere of radius 0.01 above a slab");
 }
 
 TEST(Caustics, SphereBesideASlab) {
     TestScene test = patch_scene();
     add_slab(test, 8.0f);
-    const Vec3d centre(2.5, 0, 2);
-    test.add_light(scene::LightKind::Sphere, at(centre)).radius = 0.1f;
+    const Vec3d center(2.5, 0, 2);
+    test.add_light(scene::LightKind::Sphere, at(center)).radius = 0.1f;
     const double r = double(0.1f);
     const double expected = slab_irradiance(
         0.6, 0.8, -0.08, 0.08,
-        [&](const Vec3d& o, const Vec3d& d) { return meets_sphere(o, d, centre, r); });
+        [&](const Vec3d& o, const Vec3d& d) { return meets_sphere(o, d, center, r); });
     expect_irradiance(test, 3, expected, 4e-2, "sphere of radius 0.1 beside a slab");
 }
 
@@ -139,8 +139,8 @@ TEST(Caustics, ObliqueRectAboveASlab) {
                 n = transform_direction(Vec3d(0, 0, 1), m);
     const double expected =
         slab_irradiance(0.1, 0.27, 0.1, 0.65, [&](const Vec3d& o, const Vec3d& d) {
-            const Vec3d centre(0.5, 0.2, 2);
-            const Vec3d p = o + d * ((centre - o).dot(n) / d.dot(n)) - centre;
+            const Vec3d center(0.5, 0.2, 2);
+            const Vec3d p = o + d * ((center - o).dot(n) / d.dot(n)) - center;
             return std::abs(p.dot(x)) < 0.1 && std::abs(p.dot(y)) < 0.05;
         });
     expect_irradiance(test, 3, expected, 2e-2, "oblique rect above a slab");

@@ -24,7 +24,7 @@ constexpr double albedo = 0.6;
 
 /// A square lamp of radiance 1 that looks down on a point of the floor at z = −1 below the camera.
 struct Lamp {
-    Vec3d centre;
+    Vec3d center;
     double half = 0;
 
     double area() const { return 4 * half * half; }
@@ -52,7 +52,7 @@ void add_lamp(Theory& theory, const Lamp& lamp, double share) {
     const auto for_each_point = [&](auto visit) {
         for (int i = 0; i < steps * steps; ++i) {
             const Vec3d d =
-                lamp.centre + Vec3d(2 * lamp.half * ((i % steps + 0.5) / steps - 0.5),
+                lamp.center + Vec3d(2 * lamp.half * ((i % steps + 0.5) / steps - 0.5),
                                     2 * lamp.half * ((i / steps + 0.5) / steps - 0.5), 1.0);
             const double squared = d.dot(d), cosine = d.z / std::sqrt(squared);
             visit(cosine, squared, cell * cosine / squared);
@@ -78,7 +78,7 @@ TestScene lamps_over_floor(const std::vector<Lamp>& lamps) {
     TestScene test;
     test.add_square(-1.0f, 50.0f, test.add_matte(Rgb(float(albedo))));
     for (const Lamp& lamp : lamps) {
-        scene::Light& light = test.add_light(scene::LightKind::Rect, at(lamp.centre));
+        scene::Light& light = test.add_light(scene::LightKind::Rect, at(lamp.center));
         light.width = light.height = float(2 * lamp.half);
         light.Le = Rgb(1.0f);
     }
@@ -202,9 +202,9 @@ TEST(ClassicEstimators, EmissiveSurfacesHaveTheMeanOfTheClosedForm) {
     Theory t;
     add_lamp(t, lamp, 1.0);
     TestScene test = lamps_over_floor({});
-    test.add_square(float(lamp.centre.z), float(lamp.half), test.add_matte(Rgb(0.0f), Rgb(1.0f)));
+    test.add_square(float(lamp.center.z), float(lamp.half), test.add_matte(Rgb(0.0f), Rgb(1.0f)));
     for (Vec3& p : std::get<scene::Mesh>(test.scene.shapes.back().geometry).points)
-        p.x += float(lamp.centre.x);
+        p.x += float(lamp.center.x);
     for (const Way& way : {Way{"hemisphere", LightSampling::Hemisphere},
                            {"cosine", LightSampling::Cosine},
                            {"area", LightSampling::Light, true},

@@ -35,7 +35,7 @@ TestScene patch_scene() {
     return test;
 }
 
-/// Irradiance of a point below the centre of a square with radiance 1: four times the
+/// Irradiance of a point below the center of a square with radiance 1: four times the
 /// irradiance below the corner of a quarter of it.
 double irradiance_of_square(double half_size) {
     const double a = half_size / height, q = std::sqrt(1.0 + a * a);

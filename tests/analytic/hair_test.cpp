@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fibres in the light of whole scenes.
+// Fibers in the light of whole scenes.
 #include "shading/hair.h"
 
 #include "../sampling/chi_square.h"
-#include "geometry/fibre.h"
+#include "geometry/fiber.h"
 #include "integrator/specular_chain.h"
 #include "integrator/world.h"
 #include "test_scene.h"
@@ -102,7 +102,7 @@ TEST(H14Curves, WhiteHairIsOne) {
     }
 }
 
-// One fibre alone: what it does not absorb of a white dome, over its width
+// One fiber alone: what it does not absorb of a white dome, over its width
 TEST(Hair, AbsorbsByTheWayThrough) {
     const Rgb sigma_a(0.2f, 0.6f, 2.0f);
     for (const bool is_flat : {false, true}) {
@@ -111,7 +111,7 @@ TEST(Hair, AbsorbsByTheWayThrough) {
         add_strand(test, Vec3(0, -20, -4 + float(20 * slope)), Vec3(0, 20, -4 - float(20 * slope)),
                    0.5f, test.add_material(hair_of(sigma_a)), is_flat);
         add_dome(test);
-        // The window shows half of the fibre's width from edge to edge
+        // The window shows half of the fiber's width from edge to edge
         test.look_at_point(0.25);
         const RenderedLayers layers = render(test, {.size = 32, .samples = 512});
         const double sine = slope / std::sqrt(1.0 + slope * slope);
@@ -128,7 +128,7 @@ TEST(Hair, AbsorbsByTheWayThrough) {
             }
             // Pixels differ, each by its place across: their spread is no error
             const double mean = layers.beauty(c).mean;
-            fmt::print("{} fibre, channel {}: {:.5f}, expected {:.5f}\n",
+            fmt::print("{} fiber, channel {}: {:.5f}, expected {:.5f}\n",
                        is_flat ? "flat" : "round", c, mean, expected);
             EXPECT_NEAR(mean / expected, 1.0, 2e-3);
         }
@@ -160,9 +160,9 @@ TEST(Hair, SamplersAgree) {
     }
 }
 
-// Across the fibre h goes evenly, whatever the direction, and rays leave on the side to which they
+// Across the fiber h goes evenly, whatever the direction, and rays leave on the side to which they
 // go
-TEST(HairFibre, IsAsWideAsItLooks) {
+TEST(HairFiber, IsAsWideAsItLooks) {
     for (const bool is_placed : {false, true}) {
         TestScene test;
         const scene::MaterialId material = test.add_material(hair_of(Rgb(0.0f)));
@@ -191,11 +191,11 @@ TEST(HairFibre, IsAsWideAsItLooks) {
             ASSERT_TRUE(start);
             EXPECT_EQ(rays, 0u);
             for (const geometry::SurfacePoint& p : {point, *start}) {
-                const auto fibre = geometry::fibre_at(world.scene, p, -ray.d);
-                ASSERT_TRUE(fibre);
-                EXPECT_NEAR((Vec3d(fibre->along) - axis).length(), 0.0, 1e-5);
+                const auto fiber = geometry::fiber_at(world.scene, p, -ray.d);
+                ASSERT_TRUE(fiber);
+                EXPECT_NEAR((Vec3d(fiber->along) - axis).length(), 0.0, 1e-5);
                 // About the axis the view is behind a normal that leans to the side of `across`
-                EXPECT_NEAR(double(fibre->h), -offset / 0.3, 1e-4);
+                EXPECT_NEAR(double(fiber->h), -offset / 0.3, 1e-4);
             }
             for (int k = 0; k < 20; ++k) {
                 const Vec3 out = normalize(Vec3(random.uniform() - 0.5f, random.uniform() - 0.5f,
@@ -206,8 +206,8 @@ TEST(HairFibre, IsAsWideAsItLooks) {
     }
 }
 
-// Tips and bends: what leaves meets the fibre again no more often than it should
-TEST(HairFibre, SeldomMeetsItselfWhereItTapers) {
+// Tips and bends: what leaves meets the fiber again no more often than it should
+TEST(HairFiber, SeldomMeetsItselfWhereItTapers) {
     TestScene test;
     scene::Curves curves;
     curves.basis = scene::Curves::Basis::Bezier;
@@ -239,7 +239,7 @@ TEST(HairFibre, SeldomMeetsItselfWhereItTapers) {
             met += world.accelerator->is_occluded(geometry::spawn_ray(*start, out));
         }
     }
-    fmt::print("{} of {} rays meet the fibre that they leave\n", met, rays);
+    fmt::print("{} of {} rays hit the fiber that they leave\n", met, rays);
     EXPECT_GT(rays, 1000);
     EXPECT_LT(met, rays / 500);
 }

@@ -16,10 +16,10 @@ namespace {
 constexpr float absorbed[3] = {0.2f, 0.6f, 1.5f};
 constexpr float scattered[3] = {0.9f, 0.3f, 0.5f};
 
-const scene::Matter murk{Rgb(absorbed[0], absorbed[1], absorbed[2]),
-                         Rgb(scattered[0], scattered[1], scattered[2]), 0.4f};
+const scene::MediumProperties murk{Rgb(absorbed[0], absorbed[1], absorbed[2]),
+                                   Rgb(scattered[0], scattered[1], scattered[2]), 0.4f};
 
-scene::Matter white_matter(const Rgb& scattering, float g = 0.0f) {
+scene::MediumProperties white_matter(const Rgb& scattering, float g = 0.0f) {
     return {Rgb(0.0f), scattering, g};
 }
 
@@ -28,16 +28,16 @@ double left_after(double distance, int c) {
 }
 
 /// A body that has no surface.
-scene::Material bare(const scene::Matter& matter) {
+scene::Material bare(const scene::MediumProperties& interior) {
     scene::Material m = smooth_glass(1.0f);
     m.has_specular = false;
     m.is_bare = true;
-    m.matter = matter;
+    m.interior = interior;
     return m;
 }
 
-scene::Material filled(scene::Material surface, const scene::Matter& matter) {
-    surface.matter = matter;
+scene::Material filled(scene::Material surface, const scene::MediumProperties& interior) {
+    surface.interior = interior;
     return surface;
 }
 
@@ -128,17 +128,17 @@ TEST(InteriorMediaFurnace, KeepsAllLight) {
     scene::Material blurred = smooth_glass(1.4f);
     blurred.rough_transmission = true;
     blurred.roughness = scene::Input(0.4f);
-    const Rgb grey(2.0f), colours(1.5f, 1.0f, 0.75f);
+    const Rgb gray(2.0f), colors(1.5f, 1.0f, 0.75f);
 
     const struct {
         const char* name;
         scene::Material material;
         double allowed;
     } cases[] = {
-        {"bare", bare(white_matter(colours, 0.5f)), 5e-3},
-        {"glass", filled(smooth_glass(1.5f), white_matter(grey)), 5e-3},
-        {"glass, in colours", filled(smooth_glass(1.5f), white_matter(colours, -0.4f)), 5e-3},
-        {"rough glass", filled(blurred, white_matter(colours)), 5e-3}};
+        {"bare", bare(white_matter(colors, 0.5f)), 5e-3},
+        {"glass", filled(smooth_glass(1.5f), white_matter(gray)), 5e-3},
+        {"glass, in colors", filled(smooth_glass(1.5f), white_matter(colors, -0.4f)), 5e-3},
+        {"rough glass", filled(blurred, white_matter(colors)), 5e-3}};
 
     for (const auto& [name, material, allowed] : cases) {
         TestScene test;
@@ -198,7 +198,7 @@ TEST(InteriorMedia, AgreeWithAVolumeOfTheSameDensity) {
     const Vec3 lo(-1, -1, -5), hi(1, 1, -3);
     const auto scene_of = [&](float of_body, float of_volume) {
         TestScene test;
-        scene::Matter part = murk;
+        scene::MediumProperties part = murk;
         part.absorption *= of_body;
         part.scattering *= of_body;
         if (of_body > 0.0f) test.add_box(lo, hi, test.add_material(bare(part)));

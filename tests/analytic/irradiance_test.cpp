@@ -45,7 +45,7 @@ void expect_irradiance(const TestScene& test,
 
 }  // namespace
 
-TEST(Irradiance, RectOverItsCentre) {
+TEST(Irradiance, RectOverItsCenter) {
     TestScene test = patch_scene();
     scene::Light& light = test.add_light(scene::LightKind::Rect, above_patch(1.0));
     light.width = light.height = 2.0f * float(unit_scale);
@@ -152,7 +152,7 @@ TEST(Irradiance, ShadowLayerIsWhatTheOccluderTakes) {
     Estimate e = layers.unoccluded(0);
     e.mean *= pi_d;
     e.standard_error *= pi_d;
-    // Form factor of a centred square: 4 corners of half its side, E = 4 · corner formula with a =
+    // Form factor of a centered square: 4 corners of half its side, E = 4 · corner formula with a =
     // b = 0.5
     const double a = 0.5, q = std::sqrt(1.0 + a * a);
     const double corner = a / q * std::atan(a / q);

@@ -51,7 +51,7 @@ TEST(LevelSets, AbsorbAlongTheWayInside) {
 
 TEST(LevelSets, RefractAndScatterAndLoseNothing) {
     scene::Material murky = smooth_glass(1.5f);
-    murky.matter = scene::Matter{Rgb(0.0f), Rgb(2.0f), 0.3f};
+    murky.interior = scene::MediumProperties{Rgb(0.0f), Rgb(2.0f), 0.3f};
     for (const scene::Material& material : {smooth_glass(1.5f), murky}) {
         TestScene test;
         add_ball(test, test.add_material(material));

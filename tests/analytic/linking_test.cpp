@@ -21,7 +21,7 @@ using scene::LinkSetId;
 constexpr float lamp_z = -0.25f;
 constexpr float patch_z = -1.25f;  ///< one unit below the lamp
 constexpr float blocker_z = -0.75f;
-/// Irradiance of a point one unit below the centre of a 2×2 square of radiance 1:
+/// Irradiance of a point one unit below the center of a 2×2 square of radiance 1:
 /// 4·√½·atan √½.
 constexpr double square_irradiance = 1.7408395;
 constexpr LightSampling strategies[] = {LightSampling::Mis, LightSampling::Light,

@@ -16,7 +16,7 @@ using integrator::LightSampling;
 
 constexpr float lamp_z = -0.25f;
 constexpr float patch_z = -1.25f;  ///< one unit below the lamp
-/// Irradiance of a point one unit below the centre of a 2×2 square of radiance 1:
+/// Irradiance of a point one unit below the center of a 2×2 square of radiance 1:
 /// 4·√½·atan √½.
 constexpr double square_irradiance = 1.7408395;
 constexpr LightSampling strategies[] = {LightSampling::Mis, LightSampling::Light,
@@ -126,7 +126,7 @@ TEST(MeshLight, LightsByLightAndMaterialAsItsModeSays) {
     constexpr float glow = 0.5f;
     scene::MeshLight tinted, independent, no_response;
     tinted.Le = independent.Le = no_response.Le = Rgb(3.0f);
-    tinted.is_tinted_by_glow = tinted.shows_material = independent.shows_material = true;
+    tinted.is_tinted_by_emission = tinted.shows_material = independent.shows_material = true;
 
     const struct {
         const char* name;
@@ -155,7 +155,7 @@ TEST(MeshLight, LightsByLightAndMaterialAsItsModeSays) {
 }
 
 TEST(MeshLight, TintedByGlowAtFullStrengthIsTheEmissiveMaterial) {
-    const auto picture = [](bool is_light) {
+    const auto image = [](bool is_light) {
         TestScene test;
         test.look_with_perspective(0.4);
         test.add_square(-6.0f, 4.0f, test.add_matte(Rgb(0.5f)));
@@ -164,11 +164,11 @@ TEST(MeshLight, TintedByGlowAtFullStrengthIsTheEmissiveMaterial) {
                         test.add_matte(Rgb(0.2f), Rgb(3.0f, 2.0f, 1.0f)));
         if (is_light) {
             scene::MeshLight& light = test.make_mesh_light();
-            light.is_tinted_by_glow = light.shows_material = true;
+            light.is_tinted_by_emission = light.shows_material = true;
         }
         return render(test, {.size = 16, .samples = 64});
     };
-    const RenderedLayers light = picture(true), material = picture(false);
+    const RenderedLayers light = image(true), material = image(false);
     EXPECT_GT(light.beauty().mean, 0.0);
     for (int bounce = 0; bounce <= 4; ++bounce) {
         for (int channel = 0; channel < 3; ++channel) {
@@ -197,7 +197,7 @@ TEST(MeshLight, ShapedByACone) {
         scene::MeshLight& light = placed.make_mesh_light();
         light.shaping = cone;
         const Mat4d from_x(0, 0, 1, 0, 0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 0, 1);
-        light.holder_from_light = from_x;  // the axis is +X of the holder
+        light.parent_from_light = from_x;  // the axis is +X of the holder
         Mat4 flat(0, 0, -1, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0, lamp_z, 1);
         auto& mesh = std::get<scene::Mesh>(placed.scene.shapes.back().geometry);
         for (Vec3& p : mesh.points) p = Vec3(p.z, p.y, p.x);
@@ -253,7 +253,7 @@ TEST(MeshLight, StrategiesAndSelectionsAgreeAmongAllKinds) {
                     test.add_matte(Rgb(0.2f), Rgb(3.0f, 2.0f, 1.0f)));
     scene::MeshLight& ball = test.make_mesh_light();
     ball.Le = Rgb(0.5f, 1.0f, 2.0f);
-    ball.is_tinted_by_glow = ball.shows_material = true;
+    ball.is_tinted_by_emission = ball.shows_material = true;
     test.add_sphere(Vec3(-0.5f, 1.5f, -5.0f), 0.2, test.add_matte(Rgb(0.4f), Rgb(0.2f)));
     scene::MeshLight& odd = test.make_mesh_light();
     odd.Le = Rgb(5.0f);

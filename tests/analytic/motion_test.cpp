@@ -150,7 +150,7 @@ TEST(MotionBlur, OfACameraIsThatOfAllItSees) {
 }
 
 TEST(H47Motion, ATurningWedgeHasTheProfileOfItsMotion) {
-    // From 0 to 90 degrees over 32 segments, about the middle of the picture
+    // From 0 to 90 degrees over 32 segments, about the middle of the image
     constexpr int segments = 32;
     constexpr double width = 0.3;
     const auto wedge = [&](double angle) {
@@ -247,16 +247,16 @@ TEST(MotionBlur, OfAnInstanceIsThatOfItsPoints) {
     placed.scene.instances[0].later_render_from_prototype = {at_x(0.5f), at_x(0.25f)};
     const TestRenderOptions options = {.size = size, .samples = 64, .last_bounce = 0};
     const RenderedLayers a = render(points, options), b = render(placed, options);
-    double worst = 0, most = 0;
+    double worst = 0, max = 0;
     for (int y = 0; y < size; ++y) {
         for (int x = 0; x < size; ++x) {
             worst = hardcase::larger(worst, std::abs(pixel(a, x, y) - pixel(b, x, y)));
-            most = hardcase::larger(most, pixel(a, x, y) * (1 - pixel(a, x, y)));
+            max = hardcase::larger(max, pixel(a, x, y) * (1 - pixel(a, x, y)));
         }
     }
     // Rounding may decide a sample at the very edge
     EXPECT_LE(worst, 1.0 / 64 + 1e-9);
-    EXPECT_GT(most, 0.2);
+    EXPECT_GT(max, 0.2);
 }
 
 TEST(H47Motion, IsNoneWhenTheShutterIsClosedBitForBit) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A room with a window under a dome: portals change the noise of the picture and nothing else.
+// A room with a window under a dome: portals change the noise of the image and nothing else.
 #include "test_scene.h"
 
 #include <fmt/format.h>
@@ -28,17 +28,17 @@ void add_quad(
 /// A cube around the camera with a square window in the middle of its ceiling (+Y).
 TestScene room() {
     TestScene test;
-    const auto grey = test.add_matte(Rgb(0.5f));
+    const auto gray = test.add_matte(Rgb(0.5f));
     const float h = half_room, w = half_window;
-    add_quad(test, {-h, -h, -h}, {2 * h, 0, 0}, {0, 2 * h, 0}, grey);
-    add_quad(test, {-h, -h, h}, {2 * h, 0, 0}, {0, 2 * h, 0}, grey);
-    add_quad(test, {-h, -h, -h}, {0, 0, 2 * h}, {0, 2 * h, 0}, grey);
-    add_quad(test, {h, -h, -h}, {0, 0, 2 * h}, {0, 2 * h, 0}, grey);
-    add_quad(test, {-h, -h, -h}, {2 * h, 0, 0}, {0, 0, 2 * h}, grey);
-    add_quad(test, {-h, h, -h}, {2 * h, 0, 0}, {0, 0, h - w}, grey);
-    add_quad(test, {-h, h, w}, {2 * h, 0, 0}, {0, 0, h - w}, grey);
-    add_quad(test, {-h, h, -w}, {h - w, 0, 0}, {0, 0, 2 * w}, grey);
-    add_quad(test, {w, h, -w}, {h - w, 0, 0}, {0, 0, 2 * w}, grey);
+    add_quad(test, {-h, -h, -h}, {2 * h, 0, 0}, {0, 2 * h, 0}, gray);
+    add_quad(test, {-h, -h, h}, {2 * h, 0, 0}, {0, 2 * h, 0}, gray);
+    add_quad(test, {-h, -h, -h}, {0, 0, 2 * h}, {0, 2 * h, 0}, gray);
+    add_quad(test, {h, -h, -h}, {0, 0, 2 * h}, {0, 2 * h, 0}, gray);
+    add_quad(test, {-h, -h, -h}, {2 * h, 0, 0}, {0, 0, 2 * h}, gray);
+    add_quad(test, {-h, h, -h}, {2 * h, 0, 0}, {0, 0, h - w}, gray);
+    add_quad(test, {-h, h, w}, {2 * h, 0, 0}, {0, 0, h - w}, gray);
+    add_quad(test, {-h, h, -w}, {h - w, 0, 0}, {0, 0, 2 * w}, gray);
+    add_quad(test, {w, h, -w}, {h - w, 0, 0}, {0, 0, 2 * w}, gray);
     test.add_light(scene::LightKind::Dome, Mat4d());
     test.look_with_perspective(0.7);
     return test;
@@ -50,7 +50,7 @@ Mat4d portal() {
     return Mat4d(side, 0, 0, 0, 0, 0, side, 0, 0, 1, 0, 0, 0, double(half_room), 0, 1);
 }
 
-/// Means of the pictures of independent seeds.
+/// Means of the images of independent seeds.
 struct Runs {
     double mean = 0, variance = 0;  ///< of one run
     int count = 0;
@@ -79,7 +79,7 @@ Runs runs_of(const TestScene& test, int first_seed) {
 
 }  // namespace
 
-TEST(Portal, ChangesTheNoiseAndNotThePicture) {
+TEST(Portal, ChangesTheNoiseAndNotTheImage) {
     const TestScene plain = room();
     TestScene guided = plain;
     guided.scene.lights[0].render_from_portals = {portal()};

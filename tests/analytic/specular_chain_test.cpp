@@ -24,7 +24,7 @@ using shading::ScatterKind;
 
 /// A ball of radius 1, turned into an ellipsoid by an instance.
 void add_ellipsoid(TestScene& test,
-                   const Vec3d& centre,
+                   const Vec3d& center,
                    const Vec3d& radii,
                    scene::MaterialId material) {
     TestScene ball;
@@ -34,7 +34,7 @@ void add_ellipsoid(TestScene& test,
     m.setScale(radii);
     Mat4d turn;
     turn.setAxisAngle(Vec3d(1, 2, 0).normalized(), 0.4);
-    m = m * turn * at(centre);
+    m = m * turn * at(center);
     scene::Instance instance;
     instance.prototype = uint32_t(test.scene.prototypes.size() - 1);
     instance.render_from_prototype = Mat4(m);
@@ -50,9 +50,9 @@ geometry::SurfacePoint free_point(const Vec3& p) {
     return point;
 }
 
-/// Compares derivatives with central differences for rays towards a ball around `centre`.
+/// Compares derivatives with central differences for rays towards a ball around `center`.
 void expect_derivatives(const TestScene& test,
-                        const Vec3d& centre,
+                        const Vec3d& center,
                         double radius,
                         const integrator::SpecularEvents& events,
                         const std::string& what) {
@@ -66,7 +66,7 @@ void expect_derivatives(const TestScene& test,
     for (uint32_t i = 0; i < 4000; ++i) {
         const Vec2 u = random.get_2d(0, sampling::Purpose::ManifoldSeed, i);
         const Vec3d aside(2.0 * double(u.x) - 1.0, 2.0 * double(u.y) - 1.0, 0.0);
-        const Vec3d d = (centre + aside * radius - Vec3d(from.p)).normalized();
+        const Vec3d d = (center + aside * radius - Vec3d(from.p)).normalized();
         const auto across = integrator::directions_across(d);
         integrator::SpecularChain middle, side[2];
         if (!follow_chain(world, from, d, across, events, middle, counts)) continue;

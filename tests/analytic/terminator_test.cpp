@@ -15,7 +15,7 @@ namespace velatura::test {
 
 namespace {
 
-const Vec3 centre(0, 0, -4);
+const Vec3 center(0, 0, -4);
 
 /// Latitude-longitude ball of radius 1 with the sphere's normals at its vertices.
 void add_smooth_ball(TestScene& test, int rings, int segments, scene::MaterialId material) {
@@ -24,7 +24,7 @@ void add_smooth_ball(TestScene& test, int rings, int segments, scene::MaterialId
     const auto add = [&](double theta, double phi) {
         const Vec3 n(float(std::sin(theta) * std::cos(phi)), float(std::cos(theta)),
                      float(std::sin(theta) * std::sin(phi)));
-        mesh.points.push_back(centre + n);
+        mesh.points.push_back(center + n);
         mesh.normals.push_back(n);
     };
     for (int i = 0; i <= rings; ++i) {
@@ -80,7 +80,7 @@ Errors compare(const integrator::World& world, const Vec3& l, bool is_lifted) {
                 geometry::SurfacePoint point =
                     make_surface_point(world.scene, world.geometry, geometry::Ray(), hit);
                 const Vec3 wo = point.ng;
-                const Vec3 truth = normalize(point.p - centre);
+                const Vec3 truth = normalize(point.p - center);
                 if (is_lifted) point = geometry::lifted(world.geometry, point, wo).value_or(point);
                 e.lifted += point.side != 0 ? 1 : 0;
                 ++e.points;

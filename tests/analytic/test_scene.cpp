@@ -45,11 +45,11 @@ void TestScene::add_square(float z, float half_size, scene::MaterialId material)
     scene.shapes.push_back(shape);
 }
 
-void TestScene::add_sphere(const Vec3& centre, double radius, scene::MaterialId material) {
+void TestScene::add_sphere(const Vec3& center, double radius, scene::MaterialId material) {
     scene::Gprim sphere;
     sphere.kind = scene::Gprim::Kind::Sphere;
     sphere.radius = radius;
-    sphere.shape_from_gprim.setTranslation(Vec3d(centre));
+    sphere.shape_from_gprim.setTranslation(Vec3d(center));
     scene::Shape shape;
     shape.geometry = sphere;
     shape.material = material;

@@ -31,9 +31,9 @@ class TestScene {
     scene::MaterialId add_matte(const Rgb& albedo, const Rgb& emission = Rgb(0.0f));
     scene::MaterialId add_material(const scene::Material& material);
 
-    /// Horizontal square at z = `z`, facing +Z, centred on the axis.
+    /// Horizontal square at z = `z`, facing +Z, centered on the axis.
     void add_square(float z, float half_size, scene::MaterialId material);
-    void add_sphere(const Vec3& centre, double radius, scene::MaterialId material);
+    void add_sphere(const Vec3& center, double radius, scene::MaterialId material);
     /// Closed, facing outward.
     void add_box(const Vec3& low, const Vec3& high, scene::MaterialId material);
     /// Closed ball of flat facets around the origin: no interpolated normals, whose bending would
@@ -112,8 +112,8 @@ void expect_close(const Estimate& estimate,
                   double relative,
                   const std::string& what);
 
-/// Expects two pictures of one scene with independent noise to agree: the mean of their differences
-/// is zero within 4 standard errors, which are below `relative` of the picture's mean.
+/// Expects two images of one scene with independent noise to agree: the mean of their differences
+/// is zero within 4 standard errors, which are below `relative` of the image's mean.
 void expect_agreement(const RenderedLayers& a,
                       const RenderedLayers& b,
                       double relative,

@@ -69,12 +69,12 @@ TEST(ThinWall, SunShinesThroughPanes) {
 // One light by three samplers: a path that passes the pane is no other path
 TEST(ThinWall, LightIsNotCountedTwice) {
     constexpr double height = 2.0, radius = 3.0;
-    const double least = height / std::hypot(height, radius);
+    const double min = height / std::hypot(height, radius);
     double expected = 0;
     constexpr int steps = 20000;
     for (int i = 0; i < steps; ++i) {
-        const double mu = least + (1.0 - least) * (i + 0.5) / steps;
-        expected += (1.0 - least) * 2.0 * mu * straight_share(mu, 1) / steps;
+        const double mu = min + (1.0 - min) * (i + 0.5) / steps;
+        expected += (1.0 - min) * 2.0 * mu * straight_share(mu, 1) / steps;
     }
     for (const integrator::LightSampling sampler : all_samplers) {
         TestScene test = patch_below_pane(window_glass());

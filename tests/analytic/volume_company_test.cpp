@@ -106,7 +106,7 @@ TEST(Volumes, DimCaustics) {
 }
 
 TEST(Volumes, WithinBodiesThatAbsorbAreDimmedByBoth) {
-    // The camera in coloured glass of index 1 without end, before smoke that glows: ε/(σ + a)·(1 −
+    // The camera in colored glass of index 1 without end, before smoke that glows: ε/(σ + a)·(1 −
     // e^−(σ+a)d)·e^−a·b
     TestScene test;
     scene::Material glass;
@@ -127,7 +127,7 @@ TEST(Volumes, WithinBodiesThatAbsorbAreDimmedByBoth) {
 }
 
 TEST(Volumes, CastShadowsWithRulesOfTheirOwn) {
-    // A light whose shadows are lifted by a colour, and one whose shadows end before the smoke
+    // A light whose shadows are lifted by a color, and one whose shadows end before the smoke
     for (const float end : {std::numeric_limits<float>::infinity(), 0.5f}) {
         TestScene test;
         add_slab(test, 1.0f);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures of volumes against closed forms (H34, H35) and furnaces.
+// Images of volumes against closed forms (H34, H35) and furnaces.
 #include "hard_case.h"
 #include "volume_scene.h"
 
@@ -20,12 +20,12 @@ TEST(VolumeFurnace, WhiteSmokeKeepsAllLight) {
     }
 }
 
-TEST(VolumeFurnace, ColouredExtinctionKeepsAllLight) {
+TEST(VolumeFurnace, ColoredExtinctionKeepsAllLight) {
     const RenderedLayers layers =
         render(furnace(white(0.3f, Rgb(1.0f, 0.4f, 0.1f))), {.size = 32, .samples = 256});
     for (int c = 0; c < 3; ++c)
         expect_close(layers.beauty(c), 1.0, 2e-2,
-                     fmt::format("coloured white smoke, channel {}", c));
+                     fmt::format("colored white smoke, channel {}", c));
 }
 
 TEST(H35ThickMedia, WhiteSlabReflectsAndTransmitsAll) {
@@ -175,7 +175,7 @@ TEST(Volumes, TwoWaysToFindLightAgree) {
     }
 }
 
-TEST(H37Trackers, OneMajorantGivesTheSamePicture) {
+TEST(H37Trackers, OneMajorantGivesTheSameImage) {
     TestScene test;
     add_volume(test.scene, smoke(4.0f)).optics = white(0.0f);
     add_sun(test);
@@ -188,7 +188,7 @@ TEST(H37Trackers, OneMajorantGivesTheSamePicture) {
     EXPECT_EQ(bricks.rays.tracking.violations + one.rays.tracking.violations, 0u);
 }
 
-TEST(H36LowMajorants, AreNoticedInAPicture) {
+TEST(H36LowMajorants, AreNoticedInAnImage) {
     TestScene test;
     add_volume(test.scene, smoke(4.0f)).optics = white(0.0f);
     add_sun(test);

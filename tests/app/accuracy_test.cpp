@@ -34,7 +34,7 @@ Json header_stats(const Workplace& w) {
 
 }  // namespace
 
-/// Light through glass that hits a small lamp by chance: the picture of this seed does not get
+/// Light through glass that hits a small lamp by chance: the image of this seed does not get
 /// better.
 TEST(Accuracy, ErrorsThatDoNotFallAreLowerBoundsInAllThatIsSaid) {
     const Workplace w;
@@ -65,7 +65,7 @@ TEST(Accuracy, StatisticsHaveTheCurveAndTheForecast) {
         EXPECT_GT(curve[i].at("high"), curve[i].at("error"));
         if (i > 0) {
             EXPECT_GT(curve[i].at("time_s"), curve[i - 1].at("time_s"));
-            // The picture is small, the first pair of samples too
+            // The image is small, the first pair of samples too
             EXPECT_LT(curve[i].at("error"), 1.1 * double(curve[i - 1].at("error")));
         }
     }

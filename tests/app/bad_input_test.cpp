@@ -206,7 +206,7 @@ TEST(H39BadSamples, AreLeftOutAndStrictSaysSo) {
     expect_failure(w.velatura(render), 0, "[bad-sample]");
     EXPECT_EQ(w.comp("verify x.exr").exit_code, 0);
     const std::string hash = w.hash("x.exr");
-    // The same picture; the exit code alone tells that it is not all of it
+    // The same image; the exit code alone tells that it is not all of it
     const CommandResult strict = w.velatura(render + " --strict");
     hardcase::expect_within({"exit code of --strict with bad samples, less 4",
                              std::abs(strict.exit_code - 4.0), 0, 0, "CLI conventions"});

@@ -225,7 +225,7 @@ TEST_F(Bake, WhatClampsTookIsGivenBackForTheProof) {
 }
 
 TEST_F(Bake, TheProofIsRenderedLikeTheFile) {
-    // A proxy that darkens the picture, a filter, a depth: all of them stand in the file
+    // A proxy that darkens the image, a filter, a depth: all of them stand in the file
     std::string proxied = every_light;
     const std::string box = "def Cube \"Box\"\n    {\n";
     ASSERT_NE(proxied.find(box), std::string::npos);

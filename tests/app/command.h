@@ -47,7 +47,7 @@ class Workplace {
 /// A lit corner with two named lights and a dome.
 std::string small_scene();
 
-/// Prims "S" and "M": a ball whose colour is that of a file.
+/// Prims "S" and "M": a ball whose color is that of a file.
 std::string textured_ball(const std::string& file);
 
 }  // namespace velatura::test

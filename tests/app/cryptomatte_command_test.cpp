@@ -147,7 +147,7 @@ TEST_F(CryptomatteCommand, IsOneHoweverItWasMade) {
               whole.text("cryptomatte/3ae39a5/manifest"));
 }
 
-TEST_F(CryptomatteCommand, LeavesThePictureAlone) {
+TEST_F(CryptomatteCommand, LeavesTheImageAlone) {
     render("--spp 4", "plain.exr");
     render("--spp 4 --cryptomatte object,material --cryptomatte-levels 2", "with.exr");
     const image::Image plain = read(w, "plain.exr"), with = read(w, "with.exr");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `render --deep`: the deep picture against the flat one and the scene.
+// `render --deep`: the deep image against the flat one and the scene.
 #include "command.h"
 #include "image/exr.h"
 #include "layers/deep_file.h"
@@ -177,7 +177,7 @@ TEST_F(DeepCommand, IsOneHoweverItWasMade) {
     }
 }
 
-TEST_F(DeepCommand, RefusesWhatHasNoDeepPicture) {
+TEST_F(DeepCommand, RefusesWhatHasNoDeepImage) {
     const CommandResult parts = w.velatura("render s.usda --deep --samples 0:4 -o x.exr");
     EXPECT_EQ(parts.exit_code, 2);
     EXPECT_NE(parts.output.find("do not merge"), std::string::npos) << parts.output;

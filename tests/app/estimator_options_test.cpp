@@ -93,7 +93,7 @@ TEST_F(EstimatorOptions, ContradictionsAreUsageErrors) {
     EXPECT_FALSE(w.exists("x.exr"));
 }
 
-TEST_F(EstimatorOptions, NamesForOneEstimatorGiveOnePicture) {
+TEST_F(EstimatorOptions, NamesForOneEstimatorGiveOneImage) {
     render("--spp 4 -o a.exr --integrator naive");
     render("--spp 4 -o b.exr --light-sampling bsdf");
     EXPECT_EQ(w.hash("a.exr"), w.hash("b.exr"));
@@ -102,7 +102,7 @@ TEST_F(EstimatorOptions, NamesForOneEstimatorGiveOnePicture) {
     EXPECT_EQ(w.hash("c.exr"), w.hash("d.exr"));
 }
 
-TEST_F(EstimatorOptions, EachChangesThePictureAndCannotBeMergedWithAnother) {
+TEST_F(EstimatorOptions, EachChangesTheImageAndCannotBeMergedWithAnother) {
     render("--samples 0:4 -o usual.exr");
     const std::string usual = w.hash("usual.exr");
     for (const char* other :

@@ -81,7 +81,7 @@ BudgetOutcome outcome_of(const Case& c) {
     a.requires_target = c.requires_target;
     const Result<RenderJob> job = make_render_job(a);
     if (!job) return {job.error().message, true, UsageError};
-    PictureError error;
+    ImageError error;
     error.error.value = c.error;
     error.is_lower = c.is_lower;
     integrator::RenderResult result;

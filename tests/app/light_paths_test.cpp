@@ -385,7 +385,7 @@ def Xform "World"
     }
 }
 
-/// What is solved for is labelled like what paths find: a floor under a glass ball, lit through it.
+/// What is solved for is labeled like what paths find: a floor under a glass ball, lit through it.
 TEST_F(LightPathLayers, CausticsKeepTheirLabelsHoweverTheyAreFound) {
     std::string scene = room(1, 1);
     scene.replace(scene.find("float inputs:width = 3"), 22, "float inputs:width = 0.5");

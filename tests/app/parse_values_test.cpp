@@ -40,14 +40,14 @@ TEST(ParseSampleRange, HalfOpen) {
         EXPECT_FALSE(parse_sample_range(text)) << text;
 }
 
-TEST(DataWindow, PixelsWhoseCentreIsInside) {
+TEST(DataWindow, PixelsWhoseCenterIsInside) {
     scene::RenderSettings s;
     s.width = 100;
     s.height = 50;
     EXPECT_EQ(data_window(s, {}), (image::Window{0, 0, 100, 50}));
     // NDC counts from the bottom, rows from the top
     EXPECT_EQ(data_window(s, {0.0, 0.5, 0.0, 0.5}), (image::Window{0, 25, 50, 50}));
-    // Neighbouring crops share no pixel and leave none out
+    // Neighboring crops share no pixel and leave none out
     EXPECT_EQ(data_window(s, {0.0, 0.333, 0.0, 1.0}).x1, data_window(s, {0.333, 1.0, 0.0, 1.0}).x0);
     s.data_window_ndc = {-0.25, -0.5, 1.25, 1.0};
     EXPECT_EQ(data_window(s, {}), (image::Window{-25, 0, 125, 75})) << "overscan";

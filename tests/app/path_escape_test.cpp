@@ -25,7 +25,7 @@ constexpr const char* outside = "is not below the scene's folder or an --asset-r
 /// scene's own.
 struct Spelling {
     std::string name;
-    std::string refusal;
+    std::string rejection;
     bool is_refused_always = false;
     bool is_said_before =
         false;  ///< the same file as one before, where each file is read, and spoken of, once
@@ -110,7 +110,7 @@ std::string replaced(std::string text, char mark, const std::string& by) {
 
 const std::string layer_text = "#usda 1.0\n(defaultPrim = \"P\")\ndef Sphere \"P\" {}\n";
 // One pixel. Ref: Ward 1991, "Real Pixels", Graphics Gems II
-const std::string picture =
+const std::string image =
     std::string("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n") + "\x40\x50\x60\x80";
 const std::string profile =
     "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 2 1 1 2 0 0 0\n1 1 1\n0 90\n0\n1 1\n";
@@ -133,9 +133,9 @@ std::vector<Kind> kinds() {
         {"payload", "l.usda", layer_text, "def \"R#\" (payload = @) {}"},
         {"instanced reference", "l.usda", layer_text,
          "def \"R#\" (instanceable = true\nreferences = @) {}"},
-        {"texture", "t.hdr", picture, textured("@")},
-        {"dome", "t.hdr", picture, "def DomeLight \"D#\" { asset inputs:texture:file = @\n}"},
-        {"lamp's picture", "t.hdr", picture,
+        {"texture", "t.hdr", image, textured("@")},
+        {"dome", "t.hdr", image, "def DomeLight \"D#\" { asset inputs:texture:file = @\n}"},
+        {"lamp's picture", "t.hdr", image,
          "def RectLight \"D#\" { asset inputs:texture:file = @\n}"},
         {"lamp's profile", "l.ies", profile,
          "def SphereLight \"D#\" (prepend apiSchemas = [\"ShapingAPI\"]) { asset "
@@ -201,7 +201,7 @@ void check(const std::vector<Spelling>& spellings,
                      end = i + 1 < spellings.size() ? sheet.first_lines[i + 1] : sheet.line();
         const std::string text = said.of(file, first, end),
                           text_free = said_free.of(file, first, end);
-        if (s.refusal.empty()) {
+        if (s.rejection.empty()) {
             EXPECT_EQ(text.find(outside), std::string::npos)
                 << s.name << " is the scene's own: " << text;
             EXPECT_EQ(text, text_free) << s.name;
@@ -209,10 +209,10 @@ void check(const std::vector<Spelling>& spellings,
         }
         ++fixtures_seen;
         if (s.is_said_before && text.empty()) continue;
-        EXPECT_NE(text.find(s.refusal), std::string::npos)
-            << s.name << ": expected \"" << s.refusal << "\" in: " << text;
+        EXPECT_NE(text.find(s.rejection), std::string::npos)
+            << s.name << ": expected \"" << s.rejection << "\" in: " << text;
         if (s.is_refused_always) {
-            EXPECT_NE(text_free.find(s.refusal), std::string::npos)
+            EXPECT_NE(text_free.find(s.rejection), std::string::npos)
                 << s.name << " without --confine: " << text_free;
         } else {
             EXPECT_EQ(text_free.find(outside), std::string::npos)
@@ -229,7 +229,7 @@ TEST(PathEscape, PrimsNameFilesOfTheirOwnAlone) {
         const Places places(kind.file, kind.content, kind.content);
         std::vector<Spelling> spellings = places.spellings();
         for (Spelling& s : spellings)
-            s.is_said_before = kind.reads_files_once && s.refusal == outside &&
+            s.is_said_before = kind.reads_files_once && s.rejection == outside &&
                                s.name.find("../out/" + kind.file) != std::string::npos;
         Sheet sheet{
             "#usda 1.0\ndef Sphere \"Shown\" {}\ndef DistantLight \"Sun\" {}\ndef \"W\" {\n", {}};
@@ -270,9 +270,9 @@ TEST(PathEscape, SublayersAreOfTheSceneAlone) {
     };
     for (const Spelling& s : spellings) {
         const std::string text = said_of(confined, s), text_free = said_of(free, s);
-        EXPECT_EQ(text.empty(), s.refusal.empty()) << s.name << ": " << text;
-        EXPECT_NE(text.find(s.refusal), std::string::npos) << s.name << ": " << text;
-        EXPECT_EQ(text_free.find(s.is_refused_always ? s.refusal : std::string(outside)) !=
+        EXPECT_EQ(text.empty(), s.rejection.empty()) << s.name << ": " << text;
+        EXPECT_NE(text.find(s.rejection), std::string::npos) << s.name << ": " << text;
+        EXPECT_EQ(text_free.find(s.is_refused_always ? s.rejection : std::string(outside)) !=
                       std::string::npos,
                   s.is_refused_always)
             << s.name << ": " << text_free;
@@ -309,7 +309,7 @@ TEST(PathEscape, MaterialXIncludesAreOfTheSceneAlone) {
 /// What a package holds names what it holds, and by search what lies beside it, with the option or
 /// without.
 TEST(PathEscape, PackagesAreClosed) {
-    const Places places("t.hdr", picture, picture);
+    const Places places("t.hdr", image, image);
     const std::vector<std::string> names = {"./t.hdr",           "t.hdr",
                                             "../out/t.hdr",      "./../../out/t.hdr",
                                             "a/../../out/t.hdr", places.w.path("out/t.hdr"),
@@ -319,7 +319,7 @@ TEST(PathEscape, PackagesAreClosed) {
         sheet.add(fmt::format("def DomeLight \"D{}\" {{ asset inputs:texture:file = @{}@\n}}", i,
                               names[i]));
     places.w.write("in/scene.usdz",
-                   testing::stored_zip({{"root.usda", sheet.text}, {"t.hdr", picture}}));
+                   testing::stored_zip({{"root.usda", sheet.text}, {"t.hdr", image}}));
     for (const char* option : {"", " --confine"}) {
         const CommandResult r =
             places.w.velatura(std::string("render in/scene.usdz -o x.exr") + option + quick);
@@ -338,7 +338,7 @@ TEST(PathEscape, PackagesAreClosed) {
     }
 }
 
-/// Assimp looks for a file in its own ways, so it is asked whether the colour of another's file
+/// Assimp looks for a file in its own ways, so it is asked whether the color of another's file
 /// arrives.
 TEST(PathEscape, ModelsNameFilesOfTheirOwnAlone) {
     const Places places("m.mtl", "newmtl a\nKd 0.125 0.125 0.125\n",
@@ -357,11 +357,11 @@ TEST(PathEscape, ModelsNameFilesOfTheirOwnAlone) {
         };
         const std::string colors = colors_with(" --confine");
         EXPECT_EQ(colors.find("0.875"), std::string::npos) << s.name;
-        EXPECT_TRUE(!s.refusal.empty() || !s.name.starts_with("./") ||
+        EXPECT_TRUE(!s.rejection.empty() || !s.name.starts_with("./") ||
                     colors.find("0.125") != std::string::npos)
             << s.name << ": " << colors;
-        if (!s.refusal.empty()) ++fixtures_seen;
-        if (s.refusal == outside && colors_with("").find("0.875") != std::string::npos)
+        if (!s.rejection.empty()) ++fixtures_seen;
+        if (s.rejection == outside && colors_with("").find("0.875") != std::string::npos)
             ++read_when_free;
     }
     EXPECT_GE(read_when_free, 5u);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From a USD file to a recombined picture, through the two programs alone.
+// From a USD file to a recombined image, through the two programs alone.
 #include "command.h"
 #include "image/exr.h"
 
@@ -45,7 +45,7 @@ class Recombine : public testing::Test {
 
 }  // namespace
 
-TEST_F(Recombine, OnePictureHoweverItWasMade) {
+TEST_F(Recombine, OneImageHoweverItWasMade) {
     render("--spp 12 -o reference.exr");
     const std::string expected = w.hash("reference.exr");
     ASSERT_EQ(expected.size(), 64u);
@@ -66,12 +66,12 @@ TEST_F(Recombine, SplitBySamplesAndMergedIsTheWhole) {
         EXPECT_EQ(w.hash("merged.exr"), w.hash("whole.exr")) << "split at " << split;
         EXPECT_EQ(w.comp("verify merged.exr").exit_code, 0);
     }
-    // The picture itself is also that of a plain render
+    // The image itself is also that of a plain render
     render("--spp 12 -o plain.exr");
     EXPECT_EQ(channel(read(w, "merged.exr"), "R"), channel(read(w, "plain.exr"), "R"));
 }
 
-TEST_F(Recombine, AdaptivePicturesSplitAndMergeToo) {
+TEST_F(Recombine, AdaptiveImagesSplitAndMergeToo) {
     // Indices past the pilot's 16: pixels differ in how many samples a part holds, some have none
     // in the second one
     render("--samples 0:40 -o whole.exr");
@@ -97,7 +97,7 @@ TEST_F(Recombine, AdaptivePicturesSplitAndMergeToo) {
     EXPECT_TRUE(std::all_of(m.begin(), m.end(), [](uint32_t v) { return v == 40; }));
 }
 
-TEST_F(Recombine, GuidedPicturesSplitAndMergeToo) {
+TEST_F(Recombine, GuidedImagesSplitAndMergeToo) {
     render("--samples 0:12 --guiding on -o whole.exr");
     render("--samples 0:5 --guiding on --mode tile -o a.exr");
     render("--samples 5:12 --guiding on --threads 1 -o b.exr");
@@ -188,7 +188,7 @@ TEST_F(Recombine, LightGroupsSplitTheBeauty) {
 }
 
 TEST_F(Recombine, MutedLightIsARenderWithoutIt) {
-    // The same seeds need not pick the same lights, so this compares pictures of many samples
+    // The same seeds need not pick the same lights, so this compares images of many samples
     size = "12 10";
     render("--spp 256 -o s.exr");
     ASSERT_EQ(w.comp("mix s.exr -o muted.exr --mute lamp").exit_code, 0);
@@ -208,7 +208,7 @@ TEST_F(Recombine, MutedLightIsARenderWithoutIt) {
     EXPECT_NEAR(sum_a / sum_b, 1.0, 0.01);
 }
 
-TEST_F(Recombine, CropIsThatPartOfThePicture) {
+TEST_F(Recombine, CropIsThatPartOfTheImage) {
     render("--spp 3 -o whole.exr");
     render("--spp 3 --crop 0.25 0.75 0 0.5 -o crop.exr");
     const image::Image whole = read(w, "whole.exr"), crop = read(w, "crop.exr");

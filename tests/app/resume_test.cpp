@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A render that goes on from the file it wrote: the bits of one render of all samples, or a refusal
-// that says why.
+// A render that goes on from the file it wrote: the bits of one render of all samples, or a
+// rejection that says why.
 #include "base/atomic_file.h"
 #include "command.h"
 #include "image/exr.h"
@@ -98,7 +98,7 @@ TEST_F(Resume, WithoutAFileItBegins) {
     render("--spp 20 --resume -o new.exr");
     render("--spp 20 --keep-sums -o whole.exr");
     expect_same_file("new.exr", "whole.exr", "nothing there");
-    // The picture is that of a plain render; what is there already stays
+    // The image is that of a plain render; what is there already stays
     render("--spp 20 -o plain.exr");
     EXPECT_EQ(w.hash("new.exr"), w.hash("plain.exr"));
     render("--spp 10 --resume -o new.exr");
@@ -152,7 +152,7 @@ TEST_F(Resume, GoesOnFromWhereverItWasStopped) {
     }
 }
 
-/// An interim picture is a checkpoint: of a render that is killed after one, the rest gives the
+/// An interim image is a checkpoint: of a render that is killed after one, the rest gives the
 /// bits of one render.
 TEST_F(Resume, GoesOnFromASnapshot) {
     size = "16 12";

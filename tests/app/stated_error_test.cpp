@@ -103,11 +103,8 @@ class Mean {
     int count_ = 0;
 };
 
-void check(const std::string& scene,
-           const std::string& resolution,
-           int spp,
-           int renders,
-           int most_bounds) {
+void check(
+    const std::string& scene, const std::string& resolution, int spp, int renders, int max_bounds) {
     Truth truth(scene, resolution, spp);
     Mean line, noise, found, sure_line, sure_noise, sure_found;
     int bounds = 0;
@@ -130,7 +127,7 @@ void check(const std::string& scene,
                 renders);
     EXPECT_LT(line.value(), 1.1 * found.value()) << scene;
     EXPECT_LT(noise.value(), 1.1 * found.value()) << scene;
-    EXPECT_LE(bounds, most_bounds) << scene;
+    EXPECT_LE(bounds, max_bounds) << scene;
     if (bounds == renders) return;
     EXPECT_NEAR(sure_line.value(), sure_found.value(), 0.1 * sure_found.value()) << scene;
     EXPECT_NEAR(sure_noise.value(), sure_found.value(), 0.1 * sure_found.value()) << scene;
@@ -138,7 +135,7 @@ void check(const std::string& scene,
 
 struct Scene {
     const char* name;
-    int most_bounds;  ///< of three renders
+    int max_bounds;  ///< of three renders
 };
 
 class StatedError : public testing::TestWithParam<Scene> {};
@@ -146,7 +143,7 @@ class StatedError : public testing::TestWithParam<Scene> {};
 }  // namespace
 
 TEST_P(StatedError, IsThatOfTheImageOrALowerBound) {
-    check(GetParam().name, "80 60", 1024, 3, GetParam().most_bounds);
+    check(GetParam().name, "80 60", 1024, 3, GetParam().max_bounds);
 }
 
 /// In emissive one render of three has a bright sample that holds a tenth of its error.

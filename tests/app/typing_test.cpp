@@ -122,7 +122,7 @@ TEST(Typing, OrderRepetitionAndFormsOfSizes) {
     }
 }
 
-/// Pictures and statistics of each frame, in folders that are made.
+/// Images and statistics of each frame, in folders that are made.
 TEST(Typing, NamesOfOutputsHaveTheFrame) {
     const Workplace w;
     w.write("s.usda", small_scene());

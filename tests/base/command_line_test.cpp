@@ -11,7 +11,7 @@ namespace {
 using Words = std::vector<std::string>;
 
 /// The message of the usage error that these arguments cause; empty: none.
-std::string refusal(CommandLine& line, const Words& arguments) {
+std::string rejection(CommandLine& line, const Words& arguments) {
     const std::optional<CommandExit> ended = line.parse(arguments);
     if (!ended) return {};
     EXPECT_EQ(ended->code, 2);
@@ -26,7 +26,7 @@ template <class T>
 T parsed(const Words& arguments, T destination = {}) {
     CommandLine line("", "test");
     line.add_option("-v,--value", destination, "");
-    EXPECT_EQ(refusal(line, arguments), "");
+    EXPECT_EQ(rejection(line, arguments), "");
     return destination;
 }
 
@@ -36,7 +36,7 @@ std::string refused(const std::string& value) {
     CommandLine line("", "test");
     T destination = {};
     line.add_option("--value", destination, "");
-    return refusal(line, {"--value", value});
+    return rejection(line, {"--value", value});
 }
 
 TEST(CommandLine, ParsesEveryTypeOfDestination) {
@@ -111,12 +111,12 @@ TEST(CommandLine, FlagsAreSetOrCounted) {
     const Option q = line.add_flag("-q,--quiet", quiet, "");
     const Option v = line.add_flag("-v,--verbose", verbosity, "");
     EXPECT_EQ(verbosity, 0);
-    EXPECT_EQ(refusal(line, {"-v", "--verbose", "-v"}), "");
+    EXPECT_EQ(rejection(line, {"-v", "--verbose", "-v"}), "");
     EXPECT_FALSE(quiet);
     EXPECT_EQ(verbosity, 3);
     EXPECT_EQ(q.count(), 0u);
     EXPECT_EQ(v.count(), 3u);
-    EXPECT_EQ(refusal(line, {"-q"}), "");
+    EXPECT_EQ(rejection(line, {"-q"}), "");
     EXPECT_TRUE(quiet);
 }
 
@@ -134,15 +134,15 @@ TEST(CommandLine, RangesIncludeTheirBounds) {
     for (const Words& good :
          {Words{"--tile", "1"}, Words{"--tile", "64"}, Words{"--spp", "4294967296"},
           Words{"--stops", "-64"}, Words{"--memory", "0.1"}, Words{"--seed", "0"}})
-        EXPECT_EQ(refusal(line, good), "") << good[0];
-    EXPECT_EQ(refusal(line, {"--tile", "0"}), "--tile: expected 1 to 64, found \"0\"");
-    EXPECT_EQ(refusal(line, {"--tile", "65"}), "--tile: expected 1 to 64, found \"65\"");
-    EXPECT_EQ(refusal(line, {"--tile", "x"}), "--tile: expected a whole number, found \"x\"");
-    EXPECT_EQ(refusal(line, {"--spp", "4294967297"}),
+        EXPECT_EQ(rejection(line, good), "") << good[0];
+    EXPECT_EQ(rejection(line, {"--tile", "0"}), "--tile: expected 1 to 64, found \"0\"");
+    EXPECT_EQ(rejection(line, {"--tile", "65"}), "--tile: expected 1 to 64, found \"65\"");
+    EXPECT_EQ(rejection(line, {"--tile", "x"}), "--tile: expected a whole number, found \"x\"");
+    EXPECT_EQ(rejection(line, {"--spp", "4294967297"}),
               "--spp: expected 1 to 4294967296, found \"4294967297\"");
-    EXPECT_EQ(refusal(line, {"--stops", "65"}), "--stops: expected -64 to 64, found \"65\"");
-    EXPECT_EQ(refusal(line, {"--memory", "0"}), "--memory: expected 0.1 to 4096, found \"0\"");
-    EXPECT_EQ(refusal(line, {"--seed", "-1"}), "--seed: expected 0 or more, found \"-1\"");
+    EXPECT_EQ(rejection(line, {"--stops", "65"}), "--stops: expected -64 to 64, found \"65\"");
+    EXPECT_EQ(rejection(line, {"--memory", "0"}), "--memory: expected 0.1 to 4096, found \"0\"");
+    EXPECT_EQ(rejection(line, {"--seed", "-1"}), "--seed: expected 0 or more, found \"-1\"");
 }
 
 TEST(CommandLine, OneOfRefusesOtherWords) {
@@ -151,12 +151,12 @@ TEST(CommandLine, OneOfRefusesOtherWords) {
     Words purposes;
     line.add_option("--mode", mode, "").one_of({"tile", "progressive"});
     line.add_option("--purpose", purposes, "").delimiter(',').one_of({"render", "proxy", "guide"});
-    EXPECT_EQ(refusal(line, {"--mode", "tile", "--purpose", "guide,,render"}), "");
+    EXPECT_EQ(rejection(line, {"--mode", "tile", "--purpose", "guide,,render"}), "");
     EXPECT_EQ(mode, "tile");
     EXPECT_EQ(purposes, (Words{"guide", "render"}));
-    EXPECT_EQ(refusal(line, {"--mode", "Tile"}),
+    EXPECT_EQ(rejection(line, {"--mode", "Tile"}),
               "--mode: expected tile or progressive, found \"Tile\" (did you mean 'tile'?)");
-    EXPECT_EQ(refusal(line, {"--purpose", "render,all"}),
+    EXPECT_EQ(rejection(line, {"--purpose", "render,all"}),
               "--purpose: expected render, proxy or guide, found \"all\"");
 }
 
@@ -167,9 +167,9 @@ TEST(CommandLine, ChecksSeeEveryValueInOrder) {
         seen.push_back(value);
         return value.empty() ? std::string("expected NAME=VALUE") : std::string();
     });
-    EXPECT_EQ(refusal(line, {"--limit", "b=1", "--limit=a=2"}), "");
+    EXPECT_EQ(rejection(line, {"--limit", "b=1", "--limit=a=2"}), "");
     EXPECT_EQ(seen, (Words{"b=1", "a=2"}));
-    EXPECT_EQ(refusal(line, {"--limit", "b=1", "--limit", ""}), "--limit: expected NAME=VALUE");
+    EXPECT_EQ(rejection(line, {"--limit", "b=1", "--limit", ""}), "--limit: expected NAME=VALUE");
 }
 
 TEST(CommandLine, ExistingDirectoryRefusesOthers) {
@@ -179,11 +179,11 @@ TEST(CommandLine, ExistingDirectoryRefusesOthers) {
         .existing_directory()
         .take_all()
         .allow_extra_args(false);
-    EXPECT_EQ(refusal(line, {"--search-path", "/", "--search-path", "."}), "");
+    EXPECT_EQ(rejection(line, {"--search-path", "/", "--search-path", "."}), "");
     EXPECT_EQ(folders, (Words{"/", "."}));
-    EXPECT_EQ(refusal(line, {"--search-path", "/velatura_no_such_folder"}),
+    EXPECT_EQ(rejection(line, {"--search-path", "/velatura_no_such_folder"}),
               "--search-path: folder \"/velatura_no_such_folder\" not found");
-    EXPECT_EQ(refusal(line, {"--search-path", "/", "."}), "unexpected argument \".\"");
+    EXPECT_EQ(rejection(line, {"--search-path", "/", "."}), "unexpected argument \".\"");
 }
 
 TEST(CommandLine, NumbersOfValues) {
@@ -193,14 +193,14 @@ TEST(CommandLine, NumbersOfValues) {
     line.add_option("scene", scene, "").required();
     line.add_option("--camera", camera, "");
     line.add_option("--res", resolution, "").size(100000);
-    EXPECT_EQ(refusal(line, {}), "scene is required");
-    EXPECT_EQ(refusal(line, {"--res", "640", "480", "a.usda"}), "");
+    EXPECT_EQ(rejection(line, {}), "scene is required");
+    EXPECT_EQ(rejection(line, {"--res", "640", "480", "a.usda"}), "");
     EXPECT_EQ(scene, "a.usda");
     EXPECT_EQ(resolution, (std::vector<int>{640, 480}));
-    EXPECT_EQ(refusal(line, {"a.usda", "--res", "640"}), "--res: expected 2 values, found 1");
-    EXPECT_EQ(refusal(line, {"a.usda", "b.usda"}), "unexpected argument \"b.usda\"");
+    EXPECT_EQ(rejection(line, {"a.usda", "--res", "640"}), "--res: expected 2 values, found 1");
+    EXPECT_EQ(rejection(line, {"a.usda", "b.usda"}), "unexpected argument \"b.usda\"");
     line.find_option("scene").required(false);
-    EXPECT_EQ(refusal(line, {"--camera", "/A"}), "");
+    EXPECT_EQ(rejection(line, {"--camera", "/A"}), "");
 }
 
 /// Lists and options of several values, in a group too, leave the positional arguments behind them.
@@ -218,7 +218,7 @@ TEST(CommandLine, OptionsMayStandBeforePositionalArguments) {
         Command what = line.add_group("What");
         what.add_option("--res", resolution, "").expected(2).delimiter('x');
         what.add_option("--only", only, "");
-        EXPECT_EQ(refusal(line, typed), "");
+        EXPECT_EQ(rejection(line, typed), "");
         EXPECT_EQ(scene, "a.usda");
         EXPECT_EQ(resolution, (std::vector<int>{64, 48}));
         EXPECT_EQ(only, (Words{"b*"}));
@@ -233,12 +233,12 @@ TEST(CommandLine, AnEmptyValueIsOne) {
     line.add_option("--time", time, "").not_empty();
     line.add_option("--camera", camera, "");
     line.add_option("--spp", spp, "");
-    EXPECT_EQ(refusal(line, {"--camera=", "--spp", "4"}), "");
+    EXPECT_EQ(rejection(line, {"--camera=", "--spp", "4"}), "");
     EXPECT_EQ(camera, "");
     EXPECT_EQ(spp, 4u);
     for (const Words& typed : {Words{"--time=", "--spp", "4"}, Words{"--time", ""}})
-        EXPECT_EQ(refusal(line, typed), "--time: expected a value, found \"\"");
-    EXPECT_EQ(refusal(line, {"--spp=", "4"}),
+        EXPECT_EQ(rejection(line, typed), "--time: expected a value, found \"\"");
+    EXPECT_EQ(rejection(line, {"--spp=", "4"}),
               "--spp: expected a whole number of 0 or more, found \"\"");
 }
 
@@ -254,9 +254,10 @@ TEST(CommandLine, TheLastOccurrenceWins) {
     line.add_option("--res", resolution, "").expected(2).delimiter('x');
     line.add_option("--limit", lists, "").expected(1).take_all();
     line.add_flag("-q", quiet, "");
-    EXPECT_EQ(refusal(line, {"--camera", "/A", "--spp", "4", "--res", "64x48", "--limit", "a", "-q",
-                             "--camera", "/B", "--spp=8", "--res", "6", "4", "--limit", "b", "-q"}),
-              "");
+    EXPECT_EQ(
+        rejection(line, {"--camera", "/A", "--spp", "4", "--res", "64x48", "--limit", "a", "-q",
+                         "--camera", "/B", "--spp=8", "--res", "6", "4", "--limit", "b", "-q"}),
+        "");
     EXPECT_EQ(camera, "/B");
     EXPECT_EQ(spp, 8u);
     EXPECT_EQ(resolution, (std::vector<int>{6, 4}));
@@ -278,7 +279,7 @@ TEST(CommandLine, NamesWhatAMisspeltWordMayMean) {
         how.add_option("--spp", spp, "");
         how.add_option("--res", resolution, "").expected(2);
         render.add_option("--secrets", secret, "").hidden();
-        return refusal(line, typed);
+        return rejection(line, typed);
     };
     EXPECT_EQ(said({"rendr", "a.usda"}), "unknown command 'rendr' (did you mean 'render'?)");
     EXPECT_EQ(said({"zzzzzz"}), "unknown command 'zzzzzz'");
@@ -312,7 +313,7 @@ TEST(CommandLine, ACommandCanBeLeftOut) {
         }
         line.set_default_subcommand(
             "render", [](const std::string& word) { return word.ends_with(".usda"); });
-        return refusal(line, typed);
+        return rejection(line, typed);
     };
     EXPECT_EQ(said({"a.usda", "-o", "info"}), "");
     EXPECT_EQ(ran + " " + scene + " " + output, "render a.usda info");
@@ -333,10 +334,10 @@ TEST(CommandLine, NeedsAndExcludes) {
     line.add_option("--scene", scene, "").needs(needed);
     const Option other = line.add_flag("--quiet", quiet, "");
     line.add_flag("--json", json, "").excludes(other);
-    EXPECT_EQ(refusal(line, {"--prove"}), "");
-    EXPECT_EQ(refusal(line, {"--scene", "a.usda", "--prove", "--json"}), "");
-    EXPECT_EQ(refusal(line, {"--scene", "a.usda"}), "--scene requires --prove");
-    EXPECT_EQ(refusal(line, {"--json", "--quiet"}), "--quiet excludes --json");
+    EXPECT_EQ(rejection(line, {"--prove"}), "");
+    EXPECT_EQ(rejection(line, {"--scene", "a.usda", "--prove", "--json"}), "");
+    EXPECT_EQ(rejection(line, {"--scene", "a.usda"}), "--scene requires --prove");
+    EXPECT_EQ(rejection(line, {"--json", "--quiet"}), "--quiet excludes --json");
 }
 
 TEST(CommandLine, GroupsLimitTheNumberOfTheirOptions) {
@@ -346,9 +347,9 @@ TEST(CommandLine, GroupsLimitTheNumberOfTheirOptions) {
     how.add_option("--spp", spp, "");
     how.add_option("--factor", factor, "");
     how.require_options(0, 1);
-    EXPECT_EQ(refusal(line, {}), "");
-    EXPECT_EQ(refusal(line, {"--factor", "2"}), "");
-    EXPECT_EQ(refusal(line, {"--factor", "2", "--spp", "4"}),
+    EXPECT_EQ(rejection(line, {}), "");
+    EXPECT_EQ(rejection(line, {"--factor", "2"}), "");
+    EXPECT_EQ(rejection(line, {"--factor", "2", "--spp", "4"}),
               "only one of these options can be given: --spp,--factor");
     // A command finds the options of its groups
     EXPECT_EQ(line.find_option("--spp").count(), 1u);
@@ -362,8 +363,8 @@ TEST(CommandLine, TypedOptionsKeepTheOrderAmongOptions) {
     line.add_option("--gain", "").expected(1).take_all();
     line.add_option("-m,--mute", "").expected(1).take_all();
     line.add_flag("--lenient", lenient, "");
-    EXPECT_EQ(refusal(line, {"--gain", "key=2", "-m", "sky", "a.exr", "--lenient", "--gain=b1=0"}),
-              "");
+    EXPECT_EQ(
+        rejection(line, {"--gain", "key=2", "-m", "sky", "a.exr", "--lenient", "--gain=b1=0"}), "");
     std::string typed;
     for (const TypedOption& o : line.typed_options()) typed += o.name + " " + o.value + "; ";
     EXPECT_EQ(typed, "--gain key=2; --mute sky; input a.exr; --lenient true; --gain b1=0; ");
@@ -377,12 +378,12 @@ TEST(CommandLine, RunsTheCallbackOfTheSubcommand) {
     info.add_option("file", file, "").required();
     info.callback([&] { called += "info " + file; });
     line.add_subcommand("mix", "").callback([&] { called += "mix"; });
-    EXPECT_EQ(refusal(line, {"info", "a.exr"}), "");
+    EXPECT_EQ(rejection(line, {"info", "a.exr"}), "");
     EXPECT_EQ(called, "info a.exr");
-    EXPECT_EQ(refusal(line, {}), "no command given; expected one of info, mix");
-    EXPECT_EQ(refusal(line, {"info"}), "file is required");
-    EXPECT_EQ(refusal(line, {"paint"}), "unknown command 'paint'");
-    EXPECT_EQ(refusal(line, {"mix", "paint"}), "unexpected argument \"paint\"");
+    EXPECT_EQ(rejection(line, {}), "no command given; expected one of info, mix");
+    EXPECT_EQ(rejection(line, {"info"}), "file is required");
+    EXPECT_EQ(rejection(line, {"paint"}), "unknown command 'paint'");
+    EXPECT_EQ(rejection(line, {"mix", "paint"}), "unexpected argument \"paint\"");
     EXPECT_EQ(called, "info a.exr");
 }
 
@@ -391,9 +392,9 @@ TEST(CommandLine, SynonymsAreTakenForTheirMeaning) {
     CommandLine line("", "test");
     std::string failure = "error";
     line.add_option("--failure", failure, "").one_of({"color", "error"}).synonym("colour", "color");
-    EXPECT_EQ(refusal(line, {"--failure", "colour"}), "");
+    EXPECT_EQ(rejection(line, {"--failure", "colour"}), "");
     EXPECT_EQ(failure, "color");
-    EXPECT_EQ(refusal(line, {"--failure", "colours"}),
+    EXPECT_EQ(rejection(line, {"--failure", "colours"}),
               "--failure: expected color or error, found \"colours\" (did you mean 'color'?)");
 }
 

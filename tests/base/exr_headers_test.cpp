@@ -39,8 +39,8 @@ std::string channels(const std::string& name) {
 /// In memory and from a stream alike.
 bool is_sane(const std::string& bytes, int version = old_version) {
     std::istringstream stream(bytes);
-    const std::string streamed = fault_of_exr_headers(stream, bytes.size(), version);
-    EXPECT_EQ(fault_of_exr_headers(bytes, version), streamed);
+    const std::string streamed = exr_header_error(stream, bytes.size(), version);
+    EXPECT_EQ(exr_header_error(bytes, version), streamed);
     return streamed.empty();
 }
 
@@ -93,8 +93,8 @@ TEST(ExrHeaders, ValuesHaveTheSizeOfTheirType) {
 
 /// OpenEXR takes memory for the lines that are compressed together when it opens a file.
 TEST(ExrHeaders, BlocksAreNotThousandsOfTimesTheFile) {
-    const auto picture = [](uint32_t last_x, char compression, uint32_t tile_side,
-                            const std::string& type = "tiledimage") {
+    const auto image = [](uint32_t last_x, char compression, uint32_t tile_side,
+                          const std::string& type = "tiledimage") {
         std::string attributes =
             attribute("channels", "chlist", 19, channels("R")) +
             attribute("compression", "compression", 1, std::string(1, compression)) +
@@ -109,18 +109,18 @@ TEST(ExrHeaders, BlocksAreNotThousandsOfTimesTheFile) {
     };
     constexpr char none = 0, dwab = 9;
     constexpr uint32_t sixteen_million = 1u << 24;  // of 4 bytes: 64 MB
-    EXPECT_TRUE(is_sane(picture(sixteen_million - 1, none, 0)));
-    EXPECT_FALSE(is_sane(picture(sixteen_million, none, 0)));
-    EXPECT_TRUE(is_sane(picture(sixteen_million, none, 0) + std::string(8000, 'x')))
+    EXPECT_TRUE(is_sane(image(sixteen_million - 1, none, 0)));
+    EXPECT_FALSE(is_sane(image(sixteen_million, none, 0)));
+    EXPECT_TRUE(is_sane(image(sixteen_million, none, 0) + std::string(8000, 'x')))
         << "64 MB of 8 kB";
-    EXPECT_TRUE(is_sane(picture((1u << 16) - 1, dwab, 0)));
-    EXPECT_FALSE(is_sane(picture(1u << 16, dwab, 0)));
-    EXPECT_TRUE(is_sane(picture(15, none, 4096)));
-    EXPECT_FALSE(is_sane(picture(15, none, 4097)));
-    EXPECT_FALSE(is_sane(picture(0x7fffffff, dwab, 0xffffffff)));
-    EXPECT_FALSE(is_sane(picture(15, none, 0x80000000)));
-    EXPECT_FALSE(is_sane(picture(15, none, 4097, "deeptile")));
-    EXPECT_TRUE(is_sane(picture(15, none, 4097, "scanlineimage"))) << "nobody asks for its tiles";
+    EXPECT_TRUE(is_sane(image((1u << 16) - 1, dwab, 0)));
+    EXPECT_FALSE(is_sane(image(1u << 16, dwab, 0)));
+    EXPECT_TRUE(is_sane(image(15, none, 4096)));
+    EXPECT_FALSE(is_sane(image(15, none, 4097)));
+    EXPECT_FALSE(is_sane(image(0x7fffffff, dwab, 0xffffffff)));
+    EXPECT_FALSE(is_sane(image(15, none, 0x80000000)));
+    EXPECT_FALSE(is_sane(image(15, none, 4097, "deeptile")));
+    EXPECT_TRUE(is_sane(image(15, none, 4097, "scanlineimage"))) << "nobody asks for its tiles";
 }
 
 TEST(ExrHeaders, NamesForIdsAreReadByVersion) {

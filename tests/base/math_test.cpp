@@ -61,7 +61,7 @@ TEST(H17Frames, AreOrthonormalAndRightHandedEverywhere) {
             worst = hardcase::larger(worst, std::abs(error));
         }
     };
-    // South pole and its neighbours are where a careless formula divides by zero
+    // South pole and its neighbors are where a careless formula divides by zero
     const float denormal = std::numeric_limits<float>::denorm_min();
     for (const Vec3& n :
          {Vec3(0, 0, 1), Vec3(0, 0, -1), Vec3(-0.0f, 0.0f, -1.0f), Vec3(1e-20f, 1e-30f, -1.0f),

@@ -60,7 +60,7 @@ class MemoryLimitTest : public testing::Test {
 /// Without a limit of ours: the kernel's own.
 TEST_F(MemoryLimitTest, WhatWasPutAsideIsThereWhenNothingElseIs) {
     EXPECT_EQ(alone([]() -> std::string {
-                  put_memory_aside();
+                  reserve_memory();
                   rlimit limit = {};
                   getrlimit(RLIMIT_DATA, &limit);
                   limit.rlim_cur = writable_bytes();
@@ -157,7 +157,7 @@ TEST_F(MemoryLimitTest, WatchedItGrantsAndCounts) {
 TEST_F(MemoryLimitTest, GrantsWhereALibraryWouldFail) {
     EXPECT_EQ(alone([] {
                   const MemoryLimit limit(resident_bytes() + 20 * megabyte);
-                  const MemoryLimit::Granted granted;
+                  const MemoryLimit::Exemption granted;
                   return fmt::format("{}", take(30 * megabyte) != nullptr);
               }),
               "true");
@@ -167,7 +167,7 @@ TEST_F(MemoryLimitTest, GrantsWhereALibraryWouldFail) {
 TEST_F(MemoryLimitTest, GrantsNoMoreThanALibraryNeeds) {
     EXPECT_EQ(alone([] {
                   const MemoryLimit limit(resident_bytes() + 20 * megabyte);
-                  const MemoryLimit::Granted granted;
+                  const MemoryLimit::Exemption granted;
                   for (const size_t bytes : {2000 * megabyte, size_t(1) << 60}) {
                       try {
                           const std::unique_ptr<char[]> much(new char[bytes]);
@@ -186,7 +186,7 @@ TEST_F(MemoryLimitTest, LiftedForAWhile) {
     EXPECT_EQ(alone([] {
                   const MemoryLimit limit(resident_bytes() + 20 * megabyte);
                   {
-                      const MemoryLimit::Lifted lifted;
+                      const MemoryLimit::Suspension lifted;
                       take(40 * megabyte);
                   }
                   try {

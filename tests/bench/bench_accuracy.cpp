@@ -38,16 +38,16 @@ Pixels pixels_of(const film::Film& film) {
     return pixels;
 }
 
-/// One render on its way: pictures and blocks by samples per pixel, and what was known of the error
+/// One render on its way: images and blocks by samples per pixel, and what was known of the error
 /// at the early one.
 struct Way {
-    std::map<uint64_t, Pixels> pictures;
+    std::map<uint64_t, Pixels> images;
     std::map<uint64_t, std::vector<statistics::BlockError>> blocks;
     statistics::ErrorCurve curve;
-    std::map<uint64_t, double> error;  ///< √relMSE of this very picture, against all other renders
+    std::map<uint64_t, double> error;  ///< √relMSE of this very image, against all other renders
 
     void see(const film::Film& film, const statistics::ErrorCurve& known, uint64_t samples) {
-        pictures[samples] = pixels_of(film);
+        images[samples] = pixels_of(film);
         if (samples == early) curve = known;
         if (samples == early || samples == late)
             blocks[samples] = statistics::block_errors(film.sums(), known.slope().value).value();
@@ -71,30 +71,30 @@ Way render(TransportRenderer& renderer, uint64_t seed) {
 
 /// What the renders show.
 struct Truth {
-    Pixels mean;      ///< of the last pictures
+    Pixels mean;      ///< of the last images
     Pixels variance;  ///< of one of these
     double renders;
 
     explicit Truth(const std::vector<Way>& ways)
-        : mean(ways[0].pictures.at(last).size()),
+        : mean(ways[0].images.at(last).size()),
           variance(mean.size()),
           renders(double(ways.size())) {
         for (const Way& w : ways)
-            for (size_t i = 0; i < mean.size(); ++i) mean[i] += w.pictures.at(last)[i] / renders;
+            for (size_t i = 0; i < mean.size(); ++i) mean[i] += w.images.at(last)[i] / renders;
         for (const Way& w : ways)
             for (size_t i = 0; i < mean.size(); ++i)
-                variance[i] += (w.pictures.at(last)[i] - mean[i]) *
-                               (w.pictures.at(last)[i] - mean[i]) / (renders - 1);
+                variance[i] += (w.images.at(last)[i] - mean[i]) * (w.images.at(last)[i] - mean[i]) /
+                               (renders - 1);
     }
 
-    /// √relMSE of a picture by the seed of one of the renders, against the mean of the others,
+    /// √relMSE of an image by the seed of one of the renders, against the mean of the others,
     /// whose noise is taken off.
-    double error(const Pixels& picture, const Way& own) const {
+    double error(const Pixels& image, const Way& own) const {
         double sum = 0;
         for (size_t i = 0; i < mean.size(); ++i) {
-            const double others = (mean[i] * renders - own.pictures.at(last)[i]) / (renders - 1),
+            const double others = (mean[i] * renders - own.images.at(last)[i]) / (renders - 1),
                          noise = variance[i] / (renders - 1);
-            sum += ((picture[i] - others) * (picture[i] - others) - noise) /
+            sum += ((image[i] - others) * (image[i] - others) - noise) /
                    (std::max(0.0, others * others - noise) + 0.01);
         }
         return std::sqrt(std::max(0.0, sum) / double(mean.size()));
@@ -182,7 +182,7 @@ void print_coverage(const std::vector<Way>& ways, const Truth& truth, uint64_t s
                 for (int y = b.window.y0; y < b.window.y1; ++y) {
                     for (int x = b.window.x0; x < b.window.x1; ++x) {
                         const size_t i = 3 * (size_t(y) * size_t(width) + size_t(x)) + c;
-                        others += (truth.mean[i] * n - w.pictures.at(last)[i]) / (n - 1);
+                        others += (truth.mean[i] * n - w.images.at(last)[i]) / (n - 1);
                         noise += truth.variance[i] / (n - 1);
                     }
                 }
@@ -229,7 +229,7 @@ void measure(const std::string& name, const Options& options) {
     for (uint64_t seed = 0; seed < options.seeds; ++seed) ways.push_back(render(renderer, seed));
     const Truth truth(ways);
     for (Way& w : ways)
-        for (const uint64_t n : counts) w.error[n] = truth.error(w.pictures.at(n), w);
+        for (const uint64_t n : counts) w.error[n] = truth.error(w.images.at(n), w);
     fmt::print("{}, {} x {} pixels, {} renders\n", name, options.size[0], options.size[1],
                options.seeds);
     const bool is_told = std::ranges::all_of(ways, [](const Way& w) {

@@ -39,7 +39,7 @@ scene::Curves make_tuft(uint32_t count, bool are_ribbons) {
             step += Vec3(0.1f * unit(), -0.25f, 0.1f * unit()) * 0.03f;
             p += step;
         }
-        // The joint in the middle of its neighbours: smooth
+        // The joint in the middle of its neighbors: smooth
         const size_t joint = curves.points.size() - 4;
         curves.points[joint] = (curves.points[joint - 1] + curves.points[joint + 1]) * 0.5f;
         if (are_ribbons) curves.normals.push_back(normalize(stray + Vec3(0.01f)));

@@ -136,9 +136,9 @@ bool print_price(const Program& program, const std::string& scene, const json& e
         at_start.push_back(start_with->cpu_s - start_without->cpu_s);
         memory.push_back(with->memory_mib - without->memory_mib);
     }
-    const auto [least, most] = std::minmax_element(ratios.begin(), ratios.end());
+    const auto [min, max] = std::minmax_element(ratios.begin(), ratios.end());
     fmt::print("  {:<20} {:>6.3f} {:>6.3f}-{:.3f} {:>+9.3f} {:>+9.3f} {:>+9.1f} {:>13} {}\n", name,
-               median(ratios), *least, *most, median(saved), median(at_start), median(memory),
+               median(ratios), *min, *max, median(saved), median(at_start), median(memory),
                effect.value("calls", uint64_t(0)), effect.value("prim", std::string()));
     std::fflush(stdout);
     return true;
@@ -160,7 +160,7 @@ bool print_scene(const Program& program, const std::string& scene, int rounds) {
         if (!effect || scene::info(*effect).kind != scene::EffectKind::Scene) continue;
         if (e.at("state") != "on")
             off += " " + e.at("name").get<std::string>();
-        else if (!integrator::can_leave_out(*effect))
+        else if (!integrator::can_omit(*effect))
             fmt::print("  {:<20} stays: the scene is built of it\n",
                        e.at("name").get<std::string>());
         else if (!print_price(program, scene, e, rounds))

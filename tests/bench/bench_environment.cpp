@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What sampling an environment by its picture is worth: irradiance of unoccluded matte receivers of
+// What sampling an environment by its image is worth: irradiance of unoccluded matte receivers of
 // 14 orientations under the maps in the folder hdri of the test files, efficiency = 1 / (relative
 // variance × CPU seconds). Usage: velatura_bench_environment [MAP…]
 #include "cpu_clock.h"

@@ -126,7 +126,7 @@ class Plot {
     void add(const std::vector<Row>& rows,
              const std::array<double, 3> Row::*rates,
              size_t kind,
-             const std::string& colour,
+             const std::string& color,
              const std::string& name) {
         std::string points;
         for (const Row& r : rows) {
@@ -139,13 +139,13 @@ class Plot {
                                  : kind == 1 ? " stroke-dasharray='7 3'"
                                              : " stroke-dasharray='2 3'";
         const std::string stroke =
-            fmt::format("fill='none' stroke='{}' stroke-width='2'{}", colour, dash);
+            fmt::format("fill='none' stroke='{}' stroke-width='2'{}", color, dash);
         body_ += fmt::format("<polyline points='{}' {}/>\n", points, stroke);
         const int at = 40 + 16 * names_++;
         body_ += fmt::format("<polyline points='{0},{2} {1},{2}' {3}/>\n", right - 190, right - 158,
                              at - 4, stroke);
         body_ +=
-            fmt::format("<text x='{}' y='{}' fill='{}'>{}</text>\n", right - 150, at, colour, name);
+            fmt::format("<text x='{}' y='{}' fill='{}'>{}</text>\n", right - 150, at, color, name);
     }
 
     std::string svg() const {
@@ -187,7 +187,7 @@ class Plot {
     int names_ = 0;
 };
 
-int run(size_t most, int size, int rounds, const std::string& output) {
+int run(size_t max, int size, int rounds, const std::string& output) {
     fmt::print(
         "  {:>10}  {:>23}  {:>23}  {:>13}  {:>13}\n  {:>10}  {:>7} {:>7} {:>7}  {:>7} {:>7} "
         "{:>7}  {:>6} {:>6}  {:>6} {:>6}\n",
@@ -197,7 +197,7 @@ int run(size_t most, int size, int rounds, const std::string& output) {
     for (const size_t triangles :
          {size_t(10000), size_t(30000), size_t(100000), size_t(300000), size_t(1000000),
           size_t(3000000), size_t(10000000), size_t(30000000)}) {
-        if (triangles > most) break;
+        if (triangles > max) break;
         rows.push_back(measure(triangles, size, rounds));
         const Row& r = rows.back();
         fmt::print(
@@ -224,10 +224,10 @@ int run(size_t most, int size, int rounds, const std::string& output) {
 int main(int argc, char** argv) {
     velatura::CommandLine app(
         "Rays per second, build time and memory against the number of triangles");
-    size_t most = 30000000;
+    size_t max = 30000000;
     int size = 320, rounds = 3;
     std::string output;
-    app.add_option("--most", most, "triangles of the largest mesh").show_default();
+    app.add_option("--most", max, "triangles of the largest mesh").show_default();
     app.add_option("--size", size, "edge of the picture; its square is the rays per set")
         .range(16, 4096)
         .show_default();
@@ -236,5 +236,5 @@ int main(int argc, char** argv) {
         .show_default();
     app.add_option("-o,--output", output, "write <output>.csv and <output>.svg");
     if (const auto code = velatura::bench::parse_options(app, argc, argv)) return *code;
-    return velatura::bench::run(most, size / 16 * 16, rounds, output);
+    return velatura::bench::run(max, size / 16 * 16, rounds, output);
 }

@@ -22,14 +22,14 @@ double peak_bytes() {
 }
 
 // Turned about all axes, no two alike.
-Mat4 placement(const Vec3& centre, Random& random) {
+Mat4 placement(const Vec3& middle, Random& random) {
     Mat4 m;
     m.rotate(Vec3(random(0.0f, 6.2f), random(0.0f, 6.2f), random(0.0f, 6.2f)));
     const float size = random(0.3f, 0.5f);
     for (int row = 0; row < 3; ++row) {
         for (int k = 0; k < 3; ++k) m[row][k] *= size;
     }
-    for (int k = 0; k < 3; ++k) m[3][k] = centre[k];
+    for (int k = 0; k < 3; ++k) m[3][k] = middle[k];
     return m;
 }
 

@@ -41,7 +41,7 @@ uint32_t hash(uint32_t x) {
     return x ^ (x >> 16);
 }
 
-/// A smooth picture under the noise of some 64 samples per pixel, as paths leave it: dark places
+/// A smooth image under the noise of some 64 samples per pixel, as paths leave it: dark places
 /// are noisier, and a tenth of the pixels of every layer are black.
 image::Channel noisy_channel(const Size& size, const std::string& name, uint32_t seed) {
     const size_t pixels = size_t(size.width) * size_t(size.height);
@@ -62,8 +62,8 @@ image::Channel noisy_channel(const Size& size, const std::string& name, uint32_t
 }
 
 Result<void> make_file(const std::string& path, const Size& size, int layers) {
-    image::Image picture;
-    picture.data = {0, 0, size.width, size.height};
+    image::Image image;
+    image.data = {0, 0, size.width, size.height};
     layers::ResolvedLayers resolved;
     layers::FamilyClosure closure;
     closure.family = "matrix";
@@ -72,7 +72,7 @@ Result<void> make_file(const std::string& path, const Size& size, int layers) {
     image::Part rgba, matrix;
     rgba.name = "rgba";
     matrix.name = "matrix";
-    const size_t pixels = picture.data.pixel_count();
+    const size_t pixels = image.data.pixel_count();
     for (const char* name : {"R", "G", "B", "A"})
         rgba.channels.push_back(image::Channel::make(name, image::ChannelType::Float, pixels));
     const auto add_entry = [&](const std::string& name, const std::string& bounce,
@@ -106,12 +106,12 @@ Result<void> make_file(const std::string& path, const Size& size, int layers) {
         add_entry(name, bounce, group);
     }
     resolved.closure.push_back(std::move(closure));
-    picture.parts.push_back(std::move(rgba));
-    picture.parts.push_back(std::move(matrix));
+    image.parts.push_back(std::move(rgba));
+    image.parts.push_back(std::move(matrix));
     layers::FileInfo info;
-    info.display = picture.data;
-    layers::write_layer_header(picture, resolved, set, {}, info);
-    return image::write_exr(path, picture);
+    info.display = image.data;
+    layers::write_layer_header(image, resolved, set, {}, info);
+    return image::write_exr(path, image);
 }
 
 compositor::Look look_of_all_rows() {

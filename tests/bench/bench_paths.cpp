@@ -54,7 +54,7 @@ class RecordingFactory final : public accel::AcceleratorFactory {
     mutable bench::RayRecorder* recorder_ = nullptr;
 };
 
-/// A scene of velatura_bench_rays with one grey material and its light.
+/// A scene of velatura_bench_rays with one gray material and its light.
 scene::Scene minimal_scene(const bench::BenchScene& from) {
     scene::Scene scene;
     scene::Mesh mesh;
@@ -76,12 +76,12 @@ scene::Scene minimal_scene(const bench::BenchScene& from) {
     light.kind = scene::LightKind::Rect;
     light.Le = Rgb(8.0f);
     Vec3d x(from.light_x), y(from.light_y);
-    const Vec3d corner(from.light - from.eye), centre = corner + (x + y) * 0.5;
-    if (x.cross(y).dot(Vec3d(from.target - from.eye) - centre) > 0.0) std::swap(x, y);
+    const Vec3d corner(from.light - from.eye), center = corner + (x + y) * 0.5;
+    if (x.cross(y).dot(Vec3d(from.target - from.eye) - center) > 0.0) std::swap(x, y);
     set_row(light.render_from_light, 0, x);
     set_row(light.render_from_light, 1, y);
     set_row(light.render_from_light, 2, normalize(x.cross(y)));
-    set_row(light.render_from_light, 3, centre);
+    set_row(light.render_from_light, 3, center);
     scene.lights.push_back(light);
 
     const Vec3d back = normalize(Vec3d(from.eye) - Vec3d(from.target));

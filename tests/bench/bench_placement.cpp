@@ -40,7 +40,7 @@ struct Runs {
     }
 };
 
-std::vector<double> mean_picture(const std::vector<const Runs*>& all, size_t at) {
+std::vector<double> mean_image(const std::vector<const Runs*>& all, size_t at) {
     std::vector<double> mean(all.front()->reading(0, at).means.size(), 0.0);
     for (const Runs* runs : all) {
         for (size_t r = 0; r < runs->runs.size(); ++r) {
@@ -55,7 +55,7 @@ std::vector<double> mean_picture(const std::vector<const Runs*>& all, size_t at)
 /// relMSE of each round, by its distance from the mean of all; `norm` is what squares are divided
 /// by.
 std::vector<double> errors_of(const Runs& runs, size_t at, const std::vector<double>& norm) {
-    const std::vector<double> mean = mean_picture({&runs}, at);
+    const std::vector<double> mean = mean_image({&runs}, at);
     const double rounds = double(runs.runs.size());
     std::vector<double> errors;
     for (size_t r = 0; r < runs.runs.size(); ++r) {
@@ -115,14 +115,14 @@ double efficiency_by(const std::vector<double>& v, const std::vector<double>& c,
 
 /// What rates could bring at the samples of the first reading, from all rounds without them.
 struct Optimum {
-    double by_neighbours = 0;  ///< as rates are, with all rounds in place of the pilot: no pixel's
-                               ///< own noise in its rate
-    double most = 0;  ///< each pixel by its own noise and cost; too high where few rounds saw it
+    double by_neighbors = 0;  ///< as rates are, with all rounds in place of the pilot: no pixel's
+                              ///< own noise in its rate
+    double max = 0;  ///< each pixel by its own noise and cost; too high where few rounds saw it
 };
 
 Optimum optimum_of(
     const Runs& off, const std::vector<double>& norm, int width, int height, uint64_t spp) {
-    const std::vector<double> mean = mean_picture({&off}, 0);
+    const std::vector<double> mean = mean_image({&off}, 0);
     const size_t rounds = off.runs.size();
     std::vector<double> v(norm.size() / 3, 0.0), c;
     std::vector<float> merits;
@@ -142,11 +142,10 @@ Optimum optimum_of(
     const integrator::SampleRates rates({0, 0, width, height},
                                         integrator::mean_around(merits, width, height));
     Optimum optimum;
-    optimum.by_neighbours = efficiency_by(v, c, [&](size_t i) {
+    optimum.by_neighbors = efficiency_by(v, c, [&](size_t i) {
         return double(rates.count(int(i) % width, int(i) / width, spp)) / double(spp);
     });
-    optimum.most =
-        efficiency_by(v, c, [&](size_t i) { return std::max(double(merits[i]), 1e-12); });
+    optimum.max = efficiency_by(v, c, [&](size_t i) { return std::max(double(merits[i]), 1e-12); });
     return optimum;
 }
 
@@ -179,7 +178,7 @@ int measure(const std::string& name,
     std::array<std::vector<double>, 2> on_errors, off_errors;
     fmt::print("\n{}: {} x {} pixels, {} rounds\n", name, whole.width, whole.height, setup.rounds);
     for (size_t at = 0; at < 2; ++at) {
-        std::vector<double> norm = mean_picture({&on, &off}, at);
+        std::vector<double> norm = mean_image({&on, &off}, at);
         for (double& m : norm) m = m * m + 0.01;
         on_errors[at] = errors_of(on, at, norm);
         off_errors[at] = errors_of(off, at, norm);
@@ -209,7 +208,7 @@ int measure(const std::string& name,
         fmt::print(
             "            with the noise known beforehand {:.2f}, each pixel for itself {:.2f} at "
             "most\n",
-            optimum.by_neighbours, optimum.most);
+            optimum.by_neighbors, optimum.max);
     }
     // Of the root of the error against samples, from the first reading to the second
     const auto slope = [&](const std::array<std::vector<double>, 2>& errors) {

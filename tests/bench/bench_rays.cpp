@@ -48,7 +48,7 @@ struct Tracer {
     std::function<std::string(const RaySet&)> way;         ///< own: how the stream traces them
 };
 
-// The count keeps the work from being optimised away. The loop is compiled for each tracer, so that
+// The count keeps the work from being optimized away. The loop is compiled for each tracer, so that
 // none pays for a call through std::function per ray.
 template <class Closest, class Any>
 Tracer make_tracer(const std::string& name, const Closest& closest, const Any& any) {

@@ -23,7 +23,7 @@ BenchScene make_museum() {
         mesh.add_box(foot - Vec3(0.5f, 0, 0.5f), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1));
         BlobShape shape;
         shape.radius = Vec3(0.45f + 0.03f * kind, 0.6f + 0.05f * kind, 0.45f);
-        shape.centre = foot + Vec3(0, 1.05f + 1.15f * shape.radius.y, 0);
+        shape.center = foot + Vec3(0, 1.05f + 1.15f * shape.radius.y, 0);
         shape.phase = 1.7f * kind;
         shape.twist = 0.6f * kind + random(0, 0.5f);
         add_blob(mesh, shape, 112);
@@ -87,7 +87,7 @@ BenchScene make_atrium() {
         for (const float z : {-4.0f, 4.0f}) {
             mesh.add_column(Vec3(x, 0, z), Vec3(0, 6, 0), 0.25f, 64);
             BlobShape vase;
-            vase.centre = Vec3(x + 0.8f, 0.5f, z);
+            vase.center = Vec3(x + 0.8f, 0.5f, z);
             vase.radius = Vec3(0.3f, 0.45f, 0.3f);
             vase.phase = float(i);
             add_blob(mesh, vase, 100);

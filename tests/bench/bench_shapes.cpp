@@ -83,7 +83,7 @@ void add_blob(BenchMesh& mesh, const BlobShape& shape, int rings) {
             const Vec3 p = n * (1.0f + relief(n, shape));
             const float turn = 0.5f * shape.twist * p.y, c = std::cos(turn), s = std::sin(turn);
             mesh.positions.push_back(
-                shape.centre + Vec3(p.x * c - p.z * s, p.y, p.x * s + p.z * c) * shape.radius);
+                shape.center + Vec3(p.x * c - p.z * s, p.y, p.x * s + p.z * c) * shape.radius);
         }
     }
     const auto at = [&](int i, int j) { return first + uint32_t(i * sectors + j % sectors); };

@@ -49,7 +49,7 @@ struct BenchMesh {
 
 /// What add_blob displaces its sphere by.
 struct BlobShape {
-    Vec3 centre = Vec3(0);
+    Vec3 center = Vec3(0);
     Vec3 radius = Vec3(1);  ///< along each axis
     float phase = 0;        ///< another one, another relief
     int octaves = 5;        ///< of the relief; each has 2.3 times the frequency of the last

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Whether the advice of `velatura study` is good: studies scenes, follows the first row of each report, and measures what
-that does to the error in equal time, by other seeds and against a picture of many samples.
+that does to the error at equal render time, by other seeds and against an image of many samples.
 
 Usage: ./dev bench study [SCENE…] [--starts default,plain] [--time SECONDS]
 
@@ -50,7 +50,7 @@ def file_of(scene):
 
 
 def size_of(scene):
-    """Width and height: small, of the picture's shape."""
+    """Width and height: small, of the image's shape."""
     return ("96", "96") if scene in ("cornell",) else ("128", "72")
 
 
@@ -75,19 +75,19 @@ class Subject:
         return [str(BIN / "velatura"), verb, str(file_of(self.scene)), "-o", str(output), "--res", *size_of(self.scene),
                 "--threads", "1", "--progress", "none", "-q", *options]
 
-    def render(self, advice, seed, spp, name="picture"):
-        """Writes a picture; returns CPU seconds of preparation and of samples."""
-        picture, stats = self.folder / f"{name}.exr", self.folder / f"{name}.json"
+    def render(self, advice, seed, spp, name="image"):
+        """Writes an image; returns CPU seconds of preparation and of samples."""
+        image, stats = self.folder / f"{name}.exr", self.folder / f"{name}.json"
         options = merged(STARTS[self.start], advice, f"--seed {seed} --spp {spp} --layers none --lights off --stats {stats}")
-        process = subprocess.Popen([*self.command("render", picture, options), "--float-layers"], stdout=subprocess.DEVNULL)
+        process = subprocess.Popen([*self.command("render", image, options), "--float-layers"], stdout=subprocess.DEVNULL)
         _, status, usage = os.wait4(process.pid, 0)
         if status != 0:
-            sys.exit(f"{' '.join(self.command('render', picture, options))}: status {status}")
+            sys.exit(f"{' '.join(self.command('render', image, options))}: status {status}")
         phases = json.loads(stats.read_text())["phases_s"]
         samples = phases["render"]
         return max(usage.ru_utime + usage.ru_stime - phases["open"] - phases["sync"] - samples, 0.0), samples
 
-    def error_of(self, name="picture"):
+    def error_of(self, name="image"):
         """Root of relMSE against the reference."""
         done = subprocess.run([str(BIN / "velatura-comp"), "diff", "--json", str(self.folder / f"{name}.exr"), str(self.reference())],
                               capture_output=True, text=True)

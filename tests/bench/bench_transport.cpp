@@ -21,7 +21,7 @@ using test::Pixels;
 
 constexpr int size_px = 96;
 constexpr int run_count =
-    12;  ///< independent seeds: their spread is the error, without any reference picture
+    12;  ///< independent seeds: their spread is the error, without any reference image
 constexpr uint64_t sample_count = 16;
 constexpr uint64_t placed_count = 64;  ///< of adaptive renders: the first 16 of them are the pilot
 constexpr double blur_px = 1.5;
@@ -84,8 +84,8 @@ Pixels norm_of(Pixels mean) {
     return mean;
 }
 
-/// Pictures after a Gaussian of `blur_px`, cut off at the edges.
-std::vector<Pixels> blurred(const std::vector<Pixels>& pictures) {
+/// Images after a Gaussian of `blur_px`, cut off at the edges.
+std::vector<Pixels> blurred(const std::vector<Pixels>& images) {
     const int reach = 6;
     const auto pass = [reach](const Pixels& from, bool is_vertical) {
         Pixels to(from.size(), 0.0);
@@ -104,7 +104,7 @@ std::vector<Pixels> blurred(const std::vector<Pixels>& pictures) {
         return to;
     };
     std::vector<Pixels> out;
-    for (const Pixels& picture : pictures) out.push_back(pass(pass(picture, false), true));
+    for (const Pixels& image : images) out.push_back(pass(pass(image, false), true));
     return out;
 }
 
@@ -116,8 +116,8 @@ struct Ratio {
 /// Efficiency of `a` over that of `b`. The interval is the delete-one jackknife over seeds, in the
 /// logarithm; CPU time counts as exact (repeat the command to see its noise).
 Ratio efficiency_ratio(const Runs& a, const Runs& b, const Pixels& norm) {
-    const auto log_ratio = [&](size_t left_out) {
-        const auto use = [left_out](size_t r) { return r != left_out; };
+    const auto log_ratio = [&](size_t omitted) {
+        const auto use = [omitted](size_t r) { return r != omitted; };
         return std::log(relative_variance(b.pixels, norm, use) * b.cpu_s) -
                std::log(relative_variance(a.pixels, norm, use) * a.cpu_s);
     };
@@ -205,7 +205,7 @@ void report_placement(const std::string& name) {
     }
 }
 
-/// Mean of independent pictures and the variance of that mean, per value.
+/// Mean of independent images and the variance of that mean, per value.
 struct Estimate {
     Pixels mean, variance;
 };
@@ -221,7 +221,7 @@ Estimate estimate_of(const std::vector<Pixels>& runs) {
 }
 
 /// The default at 16 and 256 samples per pixel against 65,536 of plain paths: by the mean of the
-/// picture, and by blocks of pixels, whose squared distances in standard errors must be 1 in the
+/// image, and by blocks of pixels, whose squared distances in standard errors must be 1 in the
 /// mean.
 void report_bias(const std::string& name) {
     constexpr int side = 32, block = 4;
@@ -229,14 +229,14 @@ void report_bias(const std::string& name) {
     constexpr uint64_t reference_samples = 65536 / reference_runs;
     const scene::Scene scene = test::load_scene(name, side, side);
     test::TransportRenderer renderer(scene, test::default_technique());
-    // Sums over blocks of pixels, and over the picture: values of a picture of fewer pixels
-    const auto summed = [](const Pixels& picture, int step) {
+    // Sums over blocks of pixels, and over the image: values of an image of fewer pixels
+    const auto summed = [](const Pixels& image, int step) {
         const int across = side / step;
         Pixels sums(size_t(across) * size_t(across) * 3, 0.0);
         for (int i = 0; i < side * side; ++i) {
             const size_t to = size_t((i / side / step) * across + i % side / step);
             for (size_t c = 0; c < 3; ++c)
-                sums[to * 3 + c] += picture[size_t(i) * 3 + c] / double(step * step);
+                sums[to * 3 + c] += image[size_t(i) * 3 + c] / double(step * step);
         }
         return sums;
     };
@@ -244,14 +244,14 @@ void report_bias(const std::string& name) {
     for (int r = 0; r < reference_runs; ++r)
         reference.push_back(renderer.render(uint64_t(r) + 1000, reference_samples));
     for (const uint64_t samples : {uint64_t(16), uint64_t(256)}) {
-        std::vector<Pixels> pictures;
+        std::vector<Pixels> images;
         for (int r = 0; r < runs; ++r)
-            pictures.push_back(renderer.render_scheduled(uint64_t(r) + 1, samples, {}));
+            images.push_back(renderer.render_scheduled(uint64_t(r) + 1, samples, {}));
         double worst_z = 0, mean_squared_z = 0, bias = 0, detectable = 0;
         for (const int step : {side, block}) {
             std::vector<Pixels> a, b;
             for (const Pixels& p : reference) a.push_back(summed(p, step));
-            for (const Pixels& p : pictures) b.push_back(summed(p, step));
+            for (const Pixels& p : images) b.push_back(summed(p, step));
             const Estimate truth = estimate_of(a), found = estimate_of(b);
             for (size_t i = 0; i < truth.mean.size(); ++i) {
                 const double deviation = std::sqrt(truth.variance[i] + found.variance[i]);

@@ -30,13 +30,13 @@ constexpr int width = 120, height = 90;
 constexpr uint64_t samples = 32;
 constexpr int rounds = 4;
 
-struct Picture {
+struct Image {
     std::vector<double> beauty;
     double seconds = 0;  ///< of CPU time
     double lookups = 0;  ///< per path
 };
 
-Picture render(const scene::Scene& scene, media::Majorants majorants, uint64_t seed) {
+Image render(const scene::Scene& scene, media::Majorants majorants, uint64_t seed) {
     render::Settings settings;
     settings.layers = render::with_rows({}, scene);
     settings.world = {.width = width, .height = height, .media = {.majorants = majorants}};
@@ -50,21 +50,21 @@ Picture render(const scene::Scene& scene, media::Majorants majorants, uint64_t s
     const double start = bench::thread_seconds();
     const integrator::RenderResult result = renderer.advance();
     const film::Film& film = renderer.film();
-    Picture picture;
-    picture.seconds = bench::thread_seconds() - start;
-    picture.lookups =
+    Image image;
+    image.seconds = bench::thread_seconds() - start;
+    image.lookups =
         double(result.rays.effects.of(scene::Effect::Volumes)) / double(result.rays.paths);
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
             const accumulate::Triple t =
                 film.sums().total(x, y, accumulate::AccumulatorTable::beauty);
-            for (const double v : {t.x, t.y, t.z}) picture.beauty.push_back(v / double(samples));
+            for (const double v : {t.x, t.y, t.z}) image.beauty.push_back(v / double(samples));
         }
-    return picture;
+    return image;
 }
 
-/// Relative squared error of one picture, by two of them.
-double error_of(const Picture& a, const Picture& b) {
+/// Relative squared error of one image, by two of them.
+double error_of(const Image& a, const Image& b) {
     double sum = 0;
     for (size_t i = 0; i < a.beauty.size(); ++i) {
         const double mean = 0.5 * (a.beauty[i] + b.beauty[i]),
@@ -104,9 +104,9 @@ scene::Scene cloud() {
     const auto density = [](int x, int y, int z) {
         const Vec3 p = Vec3(float(x), float(y), float(z)) * (2.0f / n) - Vec3(1.0f);
         float cores = 0.0f;
-        for (const Vec3& centre :
+        for (const Vec3& center :
              {Vec3(0.3f, 0.2f, 0.1f), Vec3(-0.4f, 0.0f, -0.2f), Vec3(0.0f, -0.4f, 0.3f)})
-            cores += std::exp(-(p - centre).dot(p - centre) * 150.0f);
+            cores += std::exp(-(p - center).dot(p - center) * 150.0f);
         return p.length() < 0.9f ? 0.5f + 100.0f * cores : 0.0f;
     };
     scene.volume_fields.emplace_back().voxels = std::make_shared<const scene::VoxelGrid>(
@@ -136,8 +136,8 @@ void measure(const std::string& name, const scene::Scene& scene) {
     constexpr std::array kinds = {media::Majorants::Bricks, media::Majorants::One};
     for (int round = 0; round < rounds; ++round) {
         for (size_t k = 0; k < kinds.size(); ++k) {
-            const Picture a = render(scene, kinds[k], uint64_t(2 * round)),
-                          b = render(scene, kinds[k], uint64_t(2 * round + 1));
+            const Image a = render(scene, kinds[k], uint64_t(2 * round)),
+                        b = render(scene, kinds[k], uint64_t(2 * round + 1));
             sums[k].seconds += a.seconds + b.seconds;
             sums[k].lookups += 0.5 * (a.lookups + b.lookups);
             sums[k].error += error_of(a, b);

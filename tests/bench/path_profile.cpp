@@ -28,13 +28,13 @@ namespace velatura::bench {
 
 namespace {
 
-constexpr size_t most_samples = size_t(1) << 18;
+constexpr size_t max_samples = size_t(1) << 18;
 std::vector<uintptr_t> samples;
 std::atomic<size_t> sample_count = 0;
 
 void note_place(int, siginfo_t*, void* context) {
     const size_t i = sample_count.fetch_add(1, std::memory_order_relaxed);
-    if (i >= most_samples) return;
+    if (i >= max_samples) return;
 #if defined(__x86_64__)
     samples[i] = uintptr_t(static_cast<ucontext_t*>(context)->uc_mcontext.gregs[REG_RIP]);
 #elif defined(__aarch64__)
@@ -134,7 +134,7 @@ const char* name_of(Part part) {
 }
 
 Shares profile(const std::function<void()>& work) {
-    samples.assign(most_samples, 0);
+    samples.assign(max_samples, 0);
     sample_count = 0;
 
     struct sigaction action {
@@ -151,7 +151,7 @@ Shares profile(const std::function<void()>& work) {
 
     const std::vector<Function> functions = own_functions();
     Shares shares{};
-    const size_t count = std::min(sample_count.load(), most_samples);
+    const size_t count = std::min(sample_count.load(), max_samples);
     for (size_t i = 0; i < count; ++i) {
         const auto after =
             std::upper_bound(functions.begin(), functions.end(), samples[i],

@@ -57,8 +57,8 @@ class PathMaker {
         : scene_(scene), accelerator_(accelerator), size_(size), target_(size_t(size * size)) {}
 
     std::vector<RaySet> run() {
-        constexpr uint64_t most_passes = 32;
-        for (uint64_t pass = 0; pass < most_passes && !is_full(); ++pass) {
+        constexpr uint64_t max_passes = 32;
+        for (uint64_t pass = 0; pass < max_passes && !is_full(); ++pass) {
             for (size_t i = 0; i < target_; ++i) add_path(pass, i);
         }
         RaySet shuffled{"shuffled", false, bounce1_.rays};

@@ -11,7 +11,7 @@
 namespace velatura::camera {
 namespace {
 
-/// USD's fallback camera for a 3:2 picture with a shifted window.
+/// USD's fallback camera for a 3:2 image with a shifted window.
 scene::Camera shifted_camera() {
     scene::Camera c;
     c.window_left = -0.2;
@@ -103,8 +103,8 @@ TEST(CameraModel, LensRaysMeetInThePlaneOfFocus) {
     const Vec3d axis = normalize(transform_direction(Vec3d(0.0, 0.0, -1.0), c.render_from_camera));
     ASSERT_TRUE(camera.has_lens());
     for (const Vec2& film : {Vec2(0, 0), Vec2(300, 10), Vec2(150, 100)}) {
-        const Vec3d centre(pinhole.generate_ray(film, {0, 0}).d);
-        const Vec3d focus = centre * (7 / centre.dot(axis));
+        const Vec3d center(pinhole.generate_ray(film, {0, 0}).d);
+        const Vec3d focus = center * (7 / center.dot(axis));
         double mean_squared_radius = 0;
         for (int i = 0; i < 16; ++i) {
             for (int j = 0; j < 16; ++j) {
@@ -217,7 +217,7 @@ TEST(CameraModel, ScalingByPowersOfTwoScalesOriginsAndKeepsDirections) {
 
 TEST(CameraModel, ConeCoversOnePixel) {
     const CameraModel camera(shifted_camera(), 300, 200);
-    // Distance between the rays of neighbouring pixels at depth 10 near the axis
+    // Distance between the rays of neighboring pixels at depth 10 near the axis
     const CameraRay a = camera.generate_ray({133, 133}, {0, 0});
     const CameraRay b = camera.generate_ray({134, 133}, {0, 0});
     const float ta = -10.0f / a.d.z, tb = -10.0f / b.d.z;

@@ -19,7 +19,7 @@ void take_out(image::Image& image, const std::vector<std::string>& layers);
 /// One value of a made layer.
 float made_value(const std::string& channel, size_t pixel);
 
-/// A picture of channels with made values and without any header of Velatura, in parts by name.
+/// An image of channels with made values and without any header of Velatura, in parts by name.
 image::Image made_foreign(
     const std::vector<std::pair<std::string, std::vector<std::string>>>& parts);
 

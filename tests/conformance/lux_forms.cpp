@@ -50,12 +50,12 @@ double polygon_irradiance(const std::vector<Vec3d>& outline, const Vec3d& n) {
     return 0.5 * std::abs(sum);
 }
 
-/// Circle around `centre` spanned by two vectors.
-std::vector<Vec3d> circle(const Vec3d& centre, const Vec3d& a, const Vec3d& b) {
+/// Circle around `center` spanned by two vectors.
+std::vector<Vec3d> circle(const Vec3d& center, const Vec3d& a, const Vec3d& b) {
     std::vector<Vec3d> out;
     for (int i = 0; i < corner_count; ++i) {
         const double t = 2 * pi_d * i / corner_count;
-        out.push_back(centre + a * std::cos(t) + b * std::sin(t));
+        out.push_back(center + a * std::cos(t) + b * std::sin(t));
     }
     return out;
 }
@@ -320,48 +320,47 @@ Irradiance irradiance_by_quadrature(const LuxLight& light, const Vec3d& p, const
     return by_quadrature(plain, p, n, FocusAbout::LightAxis);
 }
 
-Vec3d latlong_direction(const LuxPicture& picture, int x, int y) {
-    const double latitude = pi_d * (0.5 - (y + 0.5) / picture.height);
-    const double longitude = pi_d * (1 - 2 * (x + 0.5) / picture.width);
+Vec3d latlong_direction(const LuxImage& image, int x, int y) {
+    const double latitude = pi_d * (0.5 - (y + 0.5) / image.height);
+    const double longitude = pi_d * (1 - 2 * (x + 0.5) / image.width);
     return {std::cos(latitude) * std::sin(longitude), std::sin(latitude),
             std::cos(latitude) * std::cos(longitude)};
 }
 
-Vec3d dome_irradiance(const LuxPicture& picture, const Vec3d& n) {
+Vec3d dome_irradiance(const LuxImage& image, const Vec3d& n) {
     Vec3d sum(0.0);
-    for (int y = 0; y < picture.height; ++y) {
+    for (int y = 0; y < image.height; ++y) {
         // Exact solid angle of a texel of this row
-        const double above = std::cos(pi_d * y / picture.height);
-        const double below = std::cos(pi_d * (y + 1) / picture.height);
+        const double above = std::cos(pi_d * y / image.height);
+        const double below = std::cos(pi_d * (y + 1) / image.height);
         Vec3d row(0.0);
-        for (int x = 0; x < picture.width; ++x)
-            row += picture.at(x, y) * std::max(0.0, latlong_direction(picture, x, y).dot(n));
-        sum += row * ((above - below) * 2 * pi_d / picture.width);
+        for (int x = 0; x < image.width; ++x)
+            row += image.at(x, y) * std::max(0.0, latlong_direction(image, x, y).dot(n));
+        sum += row * ((above - below) * 2 * pi_d / image.width);
     }
     return sum;
 }
 
-Vec3d rect_texel(const LuxPicture& picture, double width, double height, int x, int y) {
-    return {width * (0.5 - (x + 0.5) / picture.width), height * (0.5 - (y + 0.5) / picture.height),
-            0};
+Vec3d rect_texel(const LuxImage& image, double width, double height, int x, int y) {
+    return {width * (0.5 - (x + 0.5) / image.width), height * (0.5 - (y + 0.5) / image.height), 0};
 }
 
 Vec3d rect_irradiance(const LuxLight& light,
-                      const LuxPicture& picture,
+                      const LuxImage& image,
                       const Vec3d& p,
                       const Vec3d& n) {
     const Mat4d& m = light.world_from_light;
     Vec3d area = transform_direction(Vec3d(light.width, 0, 0), m)
                      .cross(transform_direction(Vec3d(0, light.height, 0), m)) /
-                 (double(picture.width) * picture.height);
+                 (double(image.width) * image.height);
     if (area.dot(transform_direction(Vec3d(0, 0, -1), m)) < 0) area = -area;
     Vec3d sum(0.0);
-    for (int y = 0; y < picture.height; ++y) {
-        for (int x = 0; x < picture.width; ++x) {
+    for (int y = 0; y < image.height; ++y) {
+        for (int x = 0; x < image.width; ++x) {
             const Vec3d v =
-                p - transform_point(rect_texel(picture, light.width, light.height, x, y), m);
+                p - transform_point(rect_texel(image, light.width, light.height, x, y), m);
             const double r2 = v.dot(v);
-            sum += picture.at(x, y) *
+            sum += image.at(x, y) *
                    (std::max(0.0, area.dot(v)) * std::max(0.0, -n.dot(v)) / (r2 * r2));
         }
     }

@@ -19,9 +19,9 @@ struct LuxLight {
     Kind kind = Kind::Sphere;
     Mat4d world_from_light;
     double width = 1, height = 1, radius = 0.5, length = 1, angle_deg = 0.53;
-    /// intensity × 2^exposure × color × diffuse, before colour temperature and `normalize`
+    /// intensity × 2^exposure × color × diffuse, before color temperature and `normalize`
     Vec3d emission = Vec3d(1.0);
-    std::optional<double> kelvin;  ///< where the colour temperature is enabled
+    std::optional<double> kelvin;  ///< where the color temperature is enabled
     bool is_normalized = false;
     double cone_angle_deg = 180, cone_softness = 0, focus = 0;
     Vec3d focus_tint = Vec3d(0.0);
@@ -56,8 +56,8 @@ bool is_shaped(const LuxLight& light);
 /// UsdLuxBlackbodyTemperatureAsRgb of the temperatures that luxtest has; nullopt for others.
 std::optional<Vec3d> usd_blackbody(double kelvin);
 
-/// A decoded picture: [height][width], row 0 = top.
-struct LuxPicture {
+/// A decoded image: [height][width], row 0 = top.
+struct LuxImage {
     int width = 0, height = 0;
     std::vector<Vec3d> texels;
 
@@ -66,19 +66,16 @@ struct LuxPicture {
 
 /// Direction of the middle of a texel of a latlong dome whose own space is the world: pixel (0, 0)
 /// at latitude +90°, longitude +180°; longitude 0° = +Z, 90° = +X.
-Vec3d latlong_direction(const LuxPicture& picture, int x, int y);
+Vec3d latlong_direction(const LuxImage& image, int x, int y);
 
-/// Irradiance of such a dome of radiance 1 × picture, texel by texel.
-Vec3d dome_irradiance(const LuxPicture& picture, const Vec3d& n);
+/// Irradiance of such a dome of radiance 1 × image, texel by texel.
+Vec3d dome_irradiance(const LuxImage& image, const Vec3d& n);
 
 /// Middle of a texel on a RectLight, light space: upright and not mirrored when seen from the lit
-/// side, picture's left at +X.
-Vec3d rect_texel(const LuxPicture& picture, double width, double height, int x, int y);
+/// side, image's left at +X.
+Vec3d rect_texel(const LuxImage& image, double width, double height, int x, int y);
 
 /// Irradiance of a textured RectLight without shaping, texel by texel.
-Vec3d rect_irradiance(const LuxLight& light,
-                      const LuxPicture& picture,
-                      const Vec3d& p,
-                      const Vec3d& n);
+Vec3d rect_irradiance(const LuxLight& light, const LuxImage& image, const Vec3d& p, const Vec3d& n);
 
 }  // namespace velatura::test

@@ -18,9 +18,9 @@ namespace velatura::test {
 
 namespace {
 
-constexpr int picture_size = 1 << 16;
+constexpr int image_size = 1 << 16;
 constexpr int window_size = 12;
-constexpr uint64_t fewest_samples = 64, most_samples = 16384;
+constexpr uint64_t fewest_samples = 64, max_samples = 16384;
 
 Result<lights::EnvironmentImage> load_light_image(const scene::Light& light) {
     const Result<image::RgbImage> read = image::read_rgb_image(light.texture_file);
@@ -51,7 +51,7 @@ scene::Scene translate_frame(const usd::stage::Stage& stage,
     Diagnostics diagnostics;
     translate::TranslateOptions options;
     options.time = frame;
-    options.resolution = std::array<int, 2>{picture_size, picture_size};
+    options.resolution = std::array<int, 2>{image_size, image_size};
     Result<scene::Scene> scene = translate::translate_stage(stage, options, diagnostics);
     for (const Diagnostic& d : diagnostics.all()) {
         if (d.severity == Severity::Error) ADD_FAILURE() << diagnostics.format(d);
@@ -61,10 +61,10 @@ scene::Scene translate_frame(const usd::stage::Stage& stage,
     return std::move(*scene);
 }
 
-LuxPicture read_picture(const std::filesystem::path& path) {
+LuxImage read_image(const std::filesystem::path& path) {
     const Result<image::RgbImage> read = image::read_rgb_image(path.string());
     VELATURA_CHECK(read.has_value(), "the picture of a sheet cannot be read");
-    LuxPicture out{read->width, read->height, {}};
+    LuxImage out{read->width, read->height, {}};
     for (size_t i = 0; i < read->pixels.size(); i += 3) {
         out.texels.emplace_back(double(read->pixels[i]), double(read->pixels[i + 1]),
                                 double(read->pixels[i + 2]));
@@ -72,14 +72,14 @@ LuxPicture read_picture(const std::filesystem::path& path) {
     return out;
 }
 
-bool expect_texel(const LuxPicture& picture, int x, int y, const Vec3d& seen) {
-    if (x == 0 || y == 0 || x == picture.width - 1 || y == picture.height - 1) return false;
-    Vec3d low = picture.at(x, y), high = low;
+bool expect_texel(const LuxImage& image, int x, int y, const Vec3d& seen) {
+    if (x == 0 || y == 0 || x == image.width - 1 || y == image.height - 1) return false;
+    Vec3d low = image.at(x, y), high = low;
     for (int j = y - 1; j <= y + 1; ++j) {
         for (int i = x - 1; i <= x + 1; ++i) {
             for (int c = 0; c < 3; ++c) {
-                low[c] = std::min(low[c], picture.at(i, j)[c]);
-                high[c] = std::max(high[c], picture.at(i, j)[c]);
+                low[c] = std::min(low[c], image.at(i, j)[c]);
+                high[c] = std::max(high[c], image.at(i, j)[c]);
             }
         }
     }
@@ -98,7 +98,7 @@ FrameRenderer::FrameRenderer(const scene::Scene& scene) : scene_(scene) {
         layers_.groups.push_back({g.name, g.prims, g.is_environment});
     Diagnostics diagnostics;
     world_ = std::make_unique<integrator::World>(
-        scene, integrator::WorldOptions{.width = picture_size, .height = picture_size},
+        scene, integrator::WorldOptions{.width = image_size, .height = image_size},
         load_light_image, diagnostics);
     for (const Diagnostic& d : diagnostics.all()) ADD_FAILURE() << diagnostics.format(d);
     tracer_ = std::make_unique<integrator::PathTracer>(
@@ -114,15 +114,15 @@ std::optional<Vec2d> FrameRenderer::pixel_of(const Vec3d& direction) const {
     const double x = (v.x / -v.z - camera.window_left) / (camera.window_right - camera.window_left);
     const double y = (camera.window_top - v.y / -v.z) / (camera.window_top - camera.window_bottom);
     if (!(x > 0.01 && x < 0.99 && y > 0.01 && y < 0.99)) return std::nullopt;
-    return Vec2d(x * picture_size, y * picture_size);
+    return Vec2d(x * image_size, y * image_size);
 }
 
 Vec3d FrameRenderer::direction_of(const Vec2d& pixel) const {
     const scene::Camera& camera = scene_.camera;
     const double x =
-        camera.window_left + (camera.window_right - camera.window_left) * pixel.x / picture_size;
+        camera.window_left + (camera.window_right - camera.window_left) * pixel.x / image_size;
     const double y =
-        camera.window_top - (camera.window_top - camera.window_bottom) * pixel.y / picture_size;
+        camera.window_top - (camera.window_top - camera.window_bottom) * pixel.y / image_size;
     return transform_direction(Vec3d(x, y, -1), camera.render_from_camera);
 }
 
@@ -169,7 +169,7 @@ RadianceEstimate FrameRenderer::measure(const PixelWindow& window,
         bool is_enough = true;
         for (int c = 0; c < 3; ++c)
             is_enough &= detectable_sigmas * out.standard_error[c] <= visible_error[c];
-        if (is_enough || samples >= most_samples) return out;
+        if (is_enough || samples >= max_samples) return out;
     }
 }
 
@@ -184,7 +184,7 @@ PixelWindow FrameRenderer::window_at(const Vec3d& p, const Vec3d& normal) const 
 }
 
 PixelWindow FrameRenderer::window_along(double x, double y) const {
-    PixelWindow out{int(x * picture_size), int(y * picture_size), {}};
+    PixelWindow out{int(x * image_size), int(y * image_size), {}};
     out.position = direction_of(Vec2d(out.x, out.y) + Vec2d(window_size / 2.0)).normalized();
     return out;
 }

@@ -26,16 +26,16 @@ scene::Scene translate_frame(const usd::stage::Stage& stage,
                              double frame,
                              std::set<std::string>& warnings);
 
-LuxPicture read_picture(const std::filesystem::path& path);
+LuxImage read_image(const std::filesystem::path& path);
 
-/// Expects that what is seen lies between the texel and its neighbours; false where these are too
+/// Expects that what is seen lies between the texel and its neighbors; false where these are too
 /// unlike each other to tell.
-bool expect_texel(const LuxPicture& picture, int x, int y, const Vec3d& seen);
+bool expect_texel(const LuxImage& image, int x, int y, const Vec3d& seen);
 
 /// A deviation of this many standard errors is found by a test at 4 with a probability of 0.9.
 inline constexpr double detectable_sigmas = 4.0 + 1.2816;
 
-/// Some pixels of the picture that see one point.
+/// Some pixels of the image that see one point.
 struct PixelWindow {
     int x = 0, y = 0;             ///< upper left pixel
     Vec3d position = Vec3d(0.0);  ///< world, what its middle shows
@@ -46,7 +46,7 @@ struct RadianceEstimate {
     Vec3d mean = Vec3d(0.0), standard_error = Vec3d(0.0);
 };
 
-/// Direct light of one scene as its own camera sees it, in a picture so fine that a window of some
+/// Direct light of one scene as its own camera sees it, in an image so fine that a window of some
 /// pixels is a point. Seeds are fixed.
 class FrameRenderer {
   public:
@@ -56,7 +56,7 @@ class FrameRenderer {
     /// Where the plane through the world's origin with this normal shows the world point p.
     PixelWindow window_at(const Vec3d& p, const Vec3d& normal) const;
 
-    /// A part of the picture, as shares of its width and height, and what it looks along:
+    /// A part of the image, as shares of its width and height, and what it looks along:
     /// `position` is a unit vector.
     PixelWindow window_along(double x, double y) const;
 
@@ -66,7 +66,7 @@ class FrameRenderer {
                              int bounce,
                              const Vec3d& visible_error) const;
 
-    /// Emission seen in a direction of the world from the camera; nullopt outside the picture.
+    /// Emission seen in a direction of the world from the camera; nullopt outside the image.
     std::optional<Vec3d> see(const Vec3d& direction) const;
 
   private:

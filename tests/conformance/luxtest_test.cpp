@@ -88,7 +88,7 @@ const std::vector<Vec3d> wall_points = {{0.3, 0, -0.6}, {-0.4, 0, -0.9}};
 
 const std::set<int> stripe_frames = {4, 9, 13, 14};  ///< of ies_scale
 
-constexpr double no_material = 0.5;  ///< grey of shapes without material or colour
+constexpr double no_material = 0.5;  ///< gray of shapes without material or color
 
 const std::map<std::string, Receiver> receivers = {
     {"rect", {{0, 1, 0}, lit_points, no_material}},
@@ -359,38 +359,38 @@ TEST_F(Luxtest, ClosedFormsAgreeWithQuadrature) {
 
 TEST_F(Luxtest, DomeShowsItsTexture) {
     const LuxSheet sheet("dome", descriptions().at("dome"));
-    const LuxPicture picture = read_picture(luxtest_folder() / "dome_grid_2k.exr");
+    const LuxImage image = read_image(luxtest_folder() / "dome_grid_2k.exr");
     std::set<std::string> warnings;
     const scene::Scene scene = translate_frame(sheet.stage(), 1, warnings);
     const FrameRenderer renderer(scene);
     int checked = 0;
-    for (int y = 3; y < picture.height; y += 7) {
-        for (int x = 5; x < picture.width; x += 9) {
-            const auto seen = renderer.see(latlong_direction(picture, x, y));
-            if (seen && expect_texel(picture, x, y, *seen)) ++checked;
+    for (int y = 3; y < image.height; y += 7) {
+        for (int x = 5; x < image.width; x += 9) {
+            const auto seen = renderer.see(latlong_direction(image, x, y));
+            if (seen && expect_texel(image, x, y, *seen)) ++checked;
         }
     }
     fmt::print("dome: {} texels in the camera's view\n", checked);
     EXPECT_GT(checked, 100);
     for (const Vec3d& n : {Vec3d(1, 0, 0), Vec3d(-1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, -1, 0),
                            Vec3d(0, 0, 1), Vec3d(0, 0, -1), Vec3d(0.6, 0.64, -0.48)})
-        expect_patch_irradiance(scene, -n, n, dome_irradiance(picture, n), relative_bound);
+        expect_patch_irradiance(scene, -n, n, dome_irradiance(image, n), relative_bound);
 }
 
 TEST_F(Luxtest, VisibleRectShowsItsTexture) {
     const LuxSheet sheet("visibleRect", descriptions().at("visibleRect"));
-    const LuxPicture picture = read_picture(luxtest_folder() / "dome_grid_2k.exr");
+    const LuxImage image = read_image(luxtest_folder() / "dome_grid_2k.exr");
     const LuxLight light = sheet.light(1);
     std::set<std::string> warnings;
     const scene::Scene scene = translate_frame(sheet.stage(), 1, warnings);
     const FrameRenderer renderer(scene);
     int checked = 0;
-    for (int y = 3; y < picture.height; y += 101) {
-        for (int x = 5; x < picture.width; x += 137) {
-            const Vec3d at = transform_point(rect_texel(picture, light.width, light.height, x, y),
+    for (int y = 3; y < image.height; y += 101) {
+        for (int x = 5; x < image.width; x += 137) {
+            const Vec3d at = transform_point(rect_texel(image, light.width, light.height, x, y),
                                              light.world_from_light);
             const auto seen = renderer.see(at - scene.camera.world_position);
-            if (seen && expect_texel(picture, x, y, *seen)) ++checked;
+            if (seen && expect_texel(image, x, y, *seen)) ++checked;
         }
     }
     fmt::print("visibleRect: {} texels in the camera's view\n", checked);
@@ -399,7 +399,7 @@ TEST_F(Luxtest, VisibleRectShowsItsTexture) {
                            Vec3d(0.3, -0.4, -0.3)}) {
         const Vec3d n(0, 0, 1);
         expect_patch_irradiance(scene, p - scene.camera.world_position, n,
-                                rect_irradiance(light, picture, p, n), relative_bound);
+                                rect_irradiance(light, image, p, n), relative_bound);
     }
 }
 

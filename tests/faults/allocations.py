@@ -40,7 +40,7 @@ def try_allocation(shop, old, at, how):
     expect(code >= 0, f"{what}: ended by signal {-code}: {text}")
     expect(code in DOCUMENTED, f"{what}: exit code {code}: {text}")
     if code == 0:
-        expect(shop.hash() == shop.expected, f"{what}: exit code 0 and another picture")
+        expect(shop.hash() == shop.expected, f"{what}: exit code 0 and another image")
     else:
         expect(text.strip(), f"{what}: exit code {code} and no word of why")
         expect(shop.output.exists() and shop.output.read_bytes() == old, f"{what}: exit code {code}, and the old file is gone")

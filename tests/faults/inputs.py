@@ -131,13 +131,13 @@ class Reading:
 
 
 def check(reading, what, code, text, failed):
-    """A render that could not read something: it says so, and leaves a whole picture or the old file."""
+    """A render that could not read something: it says so, and leaves a whole image or the old file."""
     shop = reading.shop
     expect(code in DOCUMENTED, f"{what}: exit code {code}: {text}")
     is_old = shop.output.exists() and shop.output.read_bytes() == reading.old
     if code == 0:
         found = shop.hash()
-        expect(found == shop.expected or (failed and "[" in text and not found.startswith("unreadable")), f"{what}: exit code 0, another picture and no word of it: {text}")
+        expect(found == shop.expected or (failed and "[" in text and not found.startswith("unreadable")), f"{what}: exit code 0, another image and no word of it: {text}")
     else:
         expect("error: " in text, f"{what}: exit code {code} and no error: {text}")
         expect(is_old or not shop.output.exists() or not shop.hash().startswith("unreadable"), f"{what}: the file is broken")
@@ -158,7 +158,7 @@ def try_read(reading, n, how):
         expect(code == 0, f"{what}: nothing failed, and exit code {code}: {text}")
         return False
     what += f" ({failed})"
-    # Pictures are read by libraries in other processes, each of which counts calls of its own; they open files once
+    # Images are read by libraries in other processes, each of which counts calls of its own; they open files once
     is_of_library = "texture-unreadable" in text or "light-texture" in text
     if not is_of_library and (how == "short" or (how == "EINTR" and not failed.startswith(("fstat", "stat", "mmap")))):
         expect(code == 0 and reading.shop.hash() == reading.shop.expected, f"{what}: not tried again, exit code {code}: {text}")

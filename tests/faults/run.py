@@ -2,15 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Breaks renders on purpose and tells what is left of them. Usage: ./dev faults [--trials N] [--only PART…]
 
-  kill      kill -9 at random instants, then --resume with other threads until done: the picture of an undisturbed render
+  kill      kill -9 at random instants, then --resume with other threads until done: the image of an undisturbed render
   signals   SIGINT, SIGTERM, SIGUSR1 at random instants, and to a render that has no end by itself; how soon a second one ends it
   calls     the n-th call of open, write, fsync, close, rename … fails, for n = 1 to the last call of the render
   reads     the same of calls that open, look at, map and read the files of the scene
   cut       a file of the scene is cut short while the render reads it
   allocations  the n-th allocation fails alone, or there is no more memory from it on
-  readers   the output is read in a loop while checkpoints replace it: always a whole picture
+  readers   the output is read in a loop while checkpoints replace it: always a whole image
   places    a full disk, a read-only folder, a limit on the size of files
-  damage    files cut short and with flipped bits: refused with exit code 5, or the picture is right nevertheless
+  damage    files cut short and with flipped bits: refused with exit code 5, or the image is right nevertheless
   lock      a second render to the same file is refused; temporary files of killed ones are swept
   memory    --memory-limit below and about what renders of 22 scenes take: none has 2 % more resident, and each ends as documented
 
@@ -97,7 +97,7 @@ def try_signal(shop, rng, trial, number):
 
 
 def try_endless(shop, number):
-    """A render that ends by being asked to only: with the code and the picture of the signal."""
+    """A render that ends by being asked to only: with the code and the image of the signal."""
     what = f"{number.name} to an endless render of {shop.scene}"
     shop.clear()
     process = shop.start_endless(2)
@@ -107,12 +107,12 @@ def try_endless(shop, number):
         time.sleep(shop.seconds)
         process.send_signal(number)
         if number == signal.SIGUSR1:
-            wait_until(shop.output.exists, f"{what}: no interim picture")
+            wait_until(shop.output.exists, f"{what}: no interim image")
             expect(process.poll() is None, f"{what}: ended with {process.returncode}")
         else:
             process.wait(60)
             expect(exit_code(process.returncode) == 128 + number, f"{what}: exit code {exit_code(process.returncode)}")
-        expect(shop.output.exists(), f"{what}: no picture")
+        expect(shop.output.exists(), f"{what}: no image")
         expect(not shop.hash().startswith("unreadable"), f"{what}: the file cannot be read")
     finally:
         process.kill()
@@ -145,7 +145,7 @@ def try_call(shop, old, n, how, always):
     if how in ("EINTR", "short") and not (how == "EINTR" and failed.startswith("open")):
         expect(code == 0, f"{what}: not tried again, exit code {code}: {text}")
     if code == 0:
-        expect(shop.hash() == shop.expected, f"{what}: exit code 0 and another picture")
+        expect(shop.hash() == shop.expected, f"{what}: exit code 0 and another image")
     else:
         expect(str(shop.output) in text, f"{what}: the message does not name the file: {text}")
         # Behind the rename nothing can bring the old file back: then the new one is there, whole
@@ -153,7 +153,7 @@ def try_call(shop, old, n, how, always):
         expect(is_old or shop.hash() == shop.expected, f"{what}: the old file is gone: {shop.hash()}")
         is_early = failed.startswith("open") or "checkpoint" in text
         is_rescued = shop.expect_rescued(text, what)
-        expect(is_rescued or not is_old or is_early or code != 1, f"{what}: the picture is lost: {text}")
+        expect(is_rescued or not is_old or is_early or code != 1, f"{what}: the image is lost: {text}")
     shop.expect_right_end(what)
     return True
 
@@ -203,7 +203,7 @@ def try_damage(shop, rng, old, cut):
     code, text = shop.run()
     if code == 0 and not cut:
         # It hit what a render that goes on does not read
-        expect(shop.hash() == shop.expected, f"{what}: another picture")
+        expect(shop.hash() == shop.expected, f"{what}: another image")
         return False
     expect(code == 5 and str(shop.output) in text, f"{what}: exit code {code}: {text}")
     expect(shop.output.read_bytes() == bytes(bad), f"{what}: the file was changed")
@@ -224,7 +224,7 @@ def try_lock(shop, rng, trial):
         first.kill()
         first.communicate()
     # What killed processes leave is no lock
-    (shop.folder / ".out.tmp.Ab0xYz.exr").write_bytes(b"half a picture")
+    (shop.folder / ".out.tmp.Ab0xYz.exr").write_bytes(b"half an image")
     shop.expect_right_end(what)
 
 
@@ -256,7 +256,7 @@ def try_memory(arguments, folder, scene, more, fractions):
         expect(peak <= 1.02 * limit, f"{case}: {peak / 1e6:.1f} MB resident: {text}")
         expect(code == 0 or "memory-limit" in text, f"{case}: says nothing: {text}")
         expect(output.exists() == (code != 6), f"{case}: exit code {code}, file {output.exists()}: {text}")
-        expect("texture-unreadable" not in text and "light-texture" not in text, f"{case}: another picture: {text}")
+        expect("texture-unreadable" not in text and "light-texture" not in text, f"{case}: another image: {text}")
         expect(not [p for p in folder.iterdir() if ".tmp." in p.name], f"{case}: left behind {sorted(folder.iterdir())}")
         ends[code] += 1
         worst = max(worst, peak / limit)

@@ -51,7 +51,7 @@ class Workshop:
         if not found:
             return False
         path = pathlib.Path(found.group(1))
-        expect(self.hash(path) == self.expected, f"{what}: what was put elsewhere is another picture: {self.hash(path)}")
+        expect(self.hash(path) == self.expected, f"{what}: what was put elsewhere is another image: {self.hash(path)}")
         path.unlink()
         return True
 
@@ -65,9 +65,9 @@ class Workshop:
         return found.group() if done.returncode == 0 and found else f"unreadable: {done.stderr}"
 
     def expect_right_end(self, what):
-        """Goes on from what is there, whatever it is, to the undisturbed picture."""
+        """Goes on from what is there, whatever it is, to the undisturbed image."""
         self.finish(3)
-        expect(self.hash() == self.expected, f"{what}: another picture")
+        expect(self.hash() == self.expected, f"{what}: another image")
         expect_no_parts(self.folder, what)
 
     def clear(self):

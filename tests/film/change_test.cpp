@@ -7,8 +7,8 @@
 #include "layers/layer_header.h"
 #include "layers/sums_part.h"
 #include "statistics/block_errors.h"
+#include "statistics/image_change.h"
 #include "statistics/layer_changes.h"
-#include "statistics/picture_change.h"
 
 #include <gtest/gtest.h>
 
@@ -69,7 +69,7 @@ Film film_of_coins(uint64_t trial, uint64_t samples) {
     return film;
 }
 
-TEST(PictureChange, EarlierMeansDoNotDependOnHowSamplesCame) {
+TEST(ImageChange, EarlierMeansDoNotDependOnHowSamplesCame) {
     for (const uint64_t samples : {2u, 3u, 7u, 8u, 9u, 24u, 31u, 32u, 33u}) {
         Film once(window, test_layer_set());
         render(once, 0, samples);
@@ -86,13 +86,13 @@ TEST(PictureChange, EarlierMeansDoNotDependOnHowSamplesCame) {
     }
 }
 
-TEST(PictureChange, PartsThatAreJoinedKnowIt) {
+TEST(ImageChange, PartsThatAreJoinedKnowIt) {
     for (const uint64_t cut : {1u, 5u, 8u, 16u, 20u}) {
         Film first(window, test_layer_set()), second(window, test_layer_set());
         render(first, 0, cut);
         render(second, cut, 24);
         EXPECT_EQ(second.sums().earlier_mean(2, 1), nullptr);
-        EXPECT_FALSE(statistics::picture_change(second.sums()).has_value());
+        EXPECT_FALSE(statistics::image_change(second.sums()).has_value());
         accumulate::SampleSums joined(window, test_layer_set());
         joined.append(first.sums());
         joined.append(second.sums());
@@ -100,7 +100,7 @@ TEST(PictureChange, PartsThatAreJoinedKnowIt) {
     }
 }
 
-TEST(PictureChange, StoredSumsKnowIt) {
+TEST(ImageChange, StoredSumsKnowIt) {
     for (const uint64_t samples : {16u, 24u}) {
         Film film(window, test_layer_set());
         render(film, 0, samples);
@@ -117,12 +117,12 @@ TEST(PictureChange, StoredSumsKnowIt) {
     }
 }
 
-TEST(PictureChange, StatesTheErrorOfIndependentSamples) {
+TEST(ImageChange, StatesTheErrorOfIndependentSamples) {
     for (const uint64_t samples : {256u, 384u}) {
         double square = 0;
         for (const uint64_t trial : {3, 4, 5, 6}) {
             const std::optional<statistics::RelativeError> change =
-                statistics::picture_change(film_of_coins(trial, samples).sums());
+                statistics::image_change(film_of_coins(trial, samples).sums());
             ASSERT_TRUE(change.has_value());
             square += change->value * change->value / 4;
             EXPECT_LE(change->low, change->value);
@@ -140,7 +140,7 @@ TEST(PictureChange, StatesTheErrorOfIndependentSamples) {
     }
 }
 
-TEST(PictureChange, NetFactorsAreThoseOfPowers) {
+TEST(ImageChange, NetFactorsAreThoseOfPowers) {
     for (const double slope : {0.45, 0.5, 0.6, 0.75}) {
         const double before = std::pow(32.0, -slope), after = std::pow(64.0, -slope);
         EXPECT_NEAR(std::sqrt(before * before - after * after) * statistics::net_factor(slope),

@@ -171,7 +171,7 @@ TEST(H40Clamps, GiveBackEveryBit) {
         if (i % 2 == 0) whole = Imath::half(whole), cut = Imath::half(cut);
         if (i % 4 == 1) cut = Imath::half(cut);
         if (!(cut <= whole)) std::swap(cut, whole);
-        const layers::CutValue value = layers::undoable_cut(whole, cut);
+        const layers::ClampedValue value = layers::undoable_cut(whole, cut);
         lost += std::bit_cast<uint32_t>(value.cut + value.taken) != std::bit_cast<uint32_t>(whole);
         ASSERT_LE(std::abs(value.cut - cut), 0x1p-24f * whole) << cut << " of " << whole;
         ASSERT_GE(value.cut, 0.0f);

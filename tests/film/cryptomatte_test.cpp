@@ -60,7 +60,7 @@ TEST(Cryptomatte, DecodesToBruteForce) {
     const image::Image image = written(film);
     const CryptomatteDecoder objects(image, "CryptoObject"), materials(image, "CryptoMaterial");
 
-    // Every name that the picture shows, and no other
+    // Every name that the image shows, and no other
     std::vector<std::string> seen(test_objects().begin(), test_objects().end() - 1);
     std::sort(seen.begin(), seen.end());
     std::vector<std::string> listed;
@@ -94,14 +94,14 @@ TEST(Cryptomatte, FewLevelsKeepTheLargest) {
     const CryptomatteDecoder all(written(film), "CryptoObject"), few(image, "CryptoObject");
     for (size_t i = 0; i < all.pixels.size(); ++i) {
         EXPECT_EQ(few.pixels[i].size(), std::min<size_t>(3, all.pixels[i].size()));
-        float least = 2;
+        float min = 2;
         for (const auto& [id, coverage] : few.pixels[i]) {
             EXPECT_EQ(all.pixels[i].at(id), coverage);
-            least = std::min(least, std::abs(coverage));
+            min = std::min(min, std::abs(coverage));
         }
         for (const auto& [id, coverage] : all.pixels[i]) {
             if (few.pixels[i].count(id)) continue;
-            EXPECT_LE(std::abs(coverage), least);
+            EXPECT_LE(std::abs(coverage), min);
         }
     }
 }

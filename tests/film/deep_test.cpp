@@ -18,7 +18,7 @@ namespace {
 
 const Window window{-2, 3, 17, 14};
 
-/// The samples of film_scene, whose weights a deep picture can have.
+/// The samples of film_scene, whose weights a deep image can have.
 void render_deep(Film& film, uint64_t first, uint64_t end, bool from_the_right = false) {
     SampleRadiance sample(film.layer_set());
     PixelAccumulator accumulator(film.layer_set());
@@ -44,7 +44,7 @@ Written written(const Film& film, const std::string& name = "deep_test.exr") {
     const std::string path = temporary_file(name);
     const auto report = film.write(path, {});
     EXPECT_TRUE(report.has_value()) << report.error().message;
-    const auto deep = write_deep_picture(*film.deep(), path);
+    const auto deep = write_deep_image(*film.deep(), path);
     EXPECT_TRUE(deep.has_value()) << deep.error().message;
     return {*layers::read_layer_file(path), *layers::read_deep_file(deep_path(path))};
 }
@@ -117,10 +117,10 @@ void expect_flattens(const Written& w, const char* what) {
     EXPECT_EQ(first, w.deep.samples.size());
 }
 
-TEST(DeepFilm, FlattensToThePicture) {
+TEST(DeepFilm, FlattensToTheImage) {
     for (const DeepOptions& options :
-         {DeepOptions{}, DeepOptions{.most_samples = 1}, DeepOptions{.most_samples = 3},
-          DeepOptions{.surface_tolerance = 0, .most_samples = 200}}) {
+         {DeepOptions{}, DeepOptions{.max_samples = 1}, DeepOptions{.max_samples = 3},
+          DeepOptions{.surface_tolerance = 0, .max_samples = 200}}) {
         Film film = deep_film(options);
         render_deep(film, 0, 37);
         const Written w = written(film);
@@ -136,7 +136,7 @@ TEST(DeepFilm, FlattensToThePicture) {
                     << "OpenEXR's " << names[c] << " of pixel " << i;
         }
         for (const uint32_t count : w.deep.counts)
-            EXPECT_LE(count, uint32_t(options.most_samples) + 1);
+            EXPECT_LE(count, uint32_t(options.max_samples) + 1);
     }
 }
 
@@ -198,7 +198,7 @@ TEST(DeepFilm, KeepsSurfacesApartAndJoinsWhatIsOne) {
 }
 
 TEST(DeepFilm, MemoryIsBoundedByTheMostSamples) {
-    Film few = deep_film({.surface_tolerance = 0, .most_samples = 4});
+    Film few = deep_film({.surface_tolerance = 0, .max_samples = 4});
     render_deep(few, 0, 64);
     // Twice, for room that vectors keep; the background beside the four
     EXPECT_LE(few.deep()->memory_bytes(), window.pixel_count() * (2 * 5 * 64 + 40));

@@ -178,7 +178,7 @@ TEST(H39BadSamples, SumsBeyondFloatsAreCounted) {
     for (const BadSample& bad : film.bad_samples()) EXPECT_EQ(std::string(bad.reason), "infinite");
 }
 
-/// Squares of such light are beyond floats: the layer of the variance must not cost the picture.
+/// Squares of such light are beyond floats: the layer of the variance must not cost the image.
 TEST(H50BrightestLight, IsWritten) {
     const Film film = film_of(
         [](uint64_t i, SampleRadiance& s) { s.add(1, 0, Rgb(i % 2 == 0 ? brightest : 0.0f)); });
@@ -195,7 +195,7 @@ TEST(H50BrightestLight, IsWritten) {
          "closed form"});
 }
 
-/// How far the farthest pixel of a picture of 1 everywhere is from that, by n samples of a filter.
+/// How far the farthest pixel of an image of 1 everywhere is from that, by n samples of a filter.
 double farthest_from_one(sampling::FilterKind kind, sampling::SamplerKind numbers, int n) {
     const LayerSet set = beauty_only();
     const sampling::PixelFilter filter(kind);
@@ -222,24 +222,23 @@ double farthest_from_one(sampling::FilterKind kind, sampling::SamplerKind number
     return worst;
 }
 
-hardcase::Measurement even_picture(
-    sampling::FilterKind kind,
-    int n,
-    sampling::SamplerKind numbers = sampling::SamplerKind::BlueNoise) {
+hardcase::Measurement even_image(sampling::FilterKind kind,
+                                 int n,
+                                 sampling::SamplerKind numbers = sampling::SamplerKind::BlueNoise) {
     return {fmt::format("{}, {} samples of sampler {}: farthest pixel of a picture of 1",
                         sampling::filter_name(kind), n, int(numbers)),
             farthest_from_one(kind, numbers, n), 1e-6, 0, "closed form"};
 }
 
-TEST(H49NegativeLobes, EvenPicturesStayEven) {
+TEST(H49NegativeLobes, EvenImagesStayEven) {
     using enum sampling::FilterKind;
     for (const auto kind : {Box, Triangle, Gaussian, BlackmanHarris})
-        for (const int n : {1, 2, 5, 64}) hardcase::expect_within(even_picture(kind, n));
+        for (const int n : {1, 2, 5, 64}) hardcase::expect_within(even_image(kind, n));
     using enum sampling::SamplerKind;
     for (const auto numbers :
          {Sobol, SobolHalves, BlueNoise, BlueNoiseHalves, Stratified, StratifiedHalves})
         for (const int n : {1, 2, 3, 4, 5, 7, 8, 64, 256})
-            hardcase::expect_within(even_picture(Mitchell, n, numbers));
+            hardcase::expect_within(even_image(Mitchell, n, numbers));
 }
 
 }  // namespace

@@ -61,10 +61,10 @@ bool matches_by_force(const PathPattern& p,
         return false;
     };
     const auto repeat = [&](const auto& self, int count, size_t at) -> bool {
-        if (at == end && count >= p.least) return true;
-        if (p.most >= 0 && count >= p.most) return false;
+        if (at == end && count >= p.min) return true;
+        if (p.max >= 0 && count >= p.max) return false;
         for (size_t to = at; to <= end; ++to) {
-            if (to == at && count >= p.least) continue;  // nothing, once more
+            if (to == at && count >= p.min) continue;  // nothing, once more
             if (matches_by_force(p.parts[0], word, at, to) && self(self, count + 1, to))
                 return true;
         }
@@ -333,10 +333,10 @@ TEST(PathLabels, PartsAddUpAndFollowShares) {
     labels.stay();
     EXPECT_EQ(part_of(2), 1.0 / 8);
     // A branch forgets what the one before it did, also what its last scattering was
-    const PathLabels::Trunk trunk = labels.trunk();
+    const PathLabels::PathPrefix prefix = labels.prefix();
     labels.look(EventShares::only(PathEvent::Diffuse));
     labels.go();
-    labels.go_back_to(trunk);
+    labels.restore(prefix);
     labels.weigh(0.0f, 1.0f);
     EXPECT_EQ(part_of(2), 1.0 / 4);
     labels.begin();

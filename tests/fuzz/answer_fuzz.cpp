@@ -6,25 +6,25 @@
 
 namespace velatura::fuzz {
 
-namespace pictures = plugins::openimageio;
+namespace images = plugins::openimageio;
 
-/// Any bytes are what a process that reads pictures answers: a reply, and what lies in the area
+/// Any bytes are what a process that reads images answers: a reply, and what lies in the area
 /// that it shares. Its length lies within the area and what was asked for, and a spec that is read
 /// is its own bytes again.
 void answer(std::string_view bytes) {
-    constexpr pictures::PayloadSize whole = {0, pictures::most_spec_bytes};
-    const std::string_view reply = bytes.substr(0, sizeof(pictures::Reply));
+    constexpr images::PayloadSize whole = {0, images::max_spec_bytes};
+    const std::string_view reply = bytes.substr(0, sizeof(images::Reply));
     const std::string_view area = bytes.substr(reply.size());
-    const pictures::Request request = {.serial = 1};
-    const auto length = pictures::payload_length(request, whole, reply, area);
+    const images::Request request = {.serial = 1};
+    const auto length = images::payload_length(request, whole, reply, area);
     if (!length) {
-        if (length.error().message.size() > pictures::most_reason_bytes) std::abort();
+        if (length.error().message.size() > images::max_reason_bytes) std::abort();
         return;
     }
-    if (*length > area.size() || *length > whole.most) std::abort();
+    if (*length > area.size() || *length > whole.max) std::abort();
     const std::string_view said = area.substr(0, *length);
-    const auto spec = pictures::spec_of(said);
-    if (spec && pictures::spec_bytes(*spec) != said) std::abort();
+    const auto spec = images::spec_of(said);
+    if (spec && images::spec_bytes(*spec) != said) std::abort();
 }
 
 }  // namespace velatura::fuzz

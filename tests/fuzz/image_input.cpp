@@ -44,7 +44,7 @@ class Reader {
 };
 
 int side(char c) {
-    return 1 + static_cast<unsigned char>(c) % most_pixels;
+    return 1 + static_cast<unsigned char>(c) % max_pixels;
 }
 
 }  // namespace

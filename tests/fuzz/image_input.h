@@ -8,10 +8,10 @@
 
 namespace velatura::fuzz {
 
-/// Pixels that a picture has at most in each direction.
-inline constexpr int most_pixels = 8;
+/// Pixels that an image has at most in each direction.
+inline constexpr int max_pixels = 8;
 
-/// The picture that bytes stand for, any bytes: width and height, then attributes ('A' name 0 text
+/// The image that bytes stand for, any bytes: width and height, then attributes ('A' name 0 text
 /// 0) and channels of integers
 /// ('U' name 0, four bytes for every pixel) or floats ('F' likewise); what the end cuts off is 0.
 image::Image image_of(std::string_view bytes);

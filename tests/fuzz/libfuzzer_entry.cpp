@@ -27,7 +27,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
 namespace {
 
 /// As much as -rss_limit_mb gives this process; limits of addresses mean nothing under sanitizers.
-constexpr size_t most_child_bytes = size_t(512) << 20;
+constexpr size_t max_child_bytes = size_t(512) << 20;
 
 bool is_child = false;
 std::atomic<size_t> child_bytes = 0;
@@ -42,7 +42,7 @@ void enter_child() {
 }
 
 void count_allocated(const volatile void*, size_t size) {
-    if (is_child && (child_bytes += size) > most_child_bytes) _exit(1);
+    if (is_child && (child_bytes += size) > max_child_bytes) _exit(1);
 }
 
 void count_freed(const volatile void* memory) {

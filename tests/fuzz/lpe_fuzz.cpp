@@ -22,7 +22,7 @@ void lpe(std::string_view bytes) {
     for (const bool is_strict : {false, true}) {
         const auto automaton = film::PathAutomaton::make(layers, is_strict, groups);
         if (!automaton) continue;
-        if (automaton->state_count() > film::PathAutomaton::most_states) std::abort();
+        if (automaton->state_count() > film::PathAutomaton::max_states) std::abort();
         for (size_t state = 0; state < automaton->state_count(); ++state) {
             for (size_t event = 0; event < film::path_event_count; ++event) {
                 const auto next =

@@ -76,7 +76,7 @@ def tally():
 
 
 def textures():
-    """Small pictures of every kind that texture_fuzz.cpp knows, after the kind's number."""
+    """Small images of every kind that texture_fuzz.cpp knows, after the kind's number."""
     import numpy
     import OpenImageIO as oiio
 
@@ -108,7 +108,7 @@ def answers():
 
 
 def volumes():
-    """A grid of numbers, a level set, one of colours."""
+    """A grid of numbers, a level set, one of colors."""
     import pyopenvdb
 
     ball = pyopenvdb.createLevelSetSphere(1.0, voxelSize=0.5)

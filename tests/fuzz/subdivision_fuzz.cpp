@@ -30,7 +30,7 @@ class Bytes {
     std::string_view bytes_;
 };
 
-constexpr uint32_t most_points = 24, most_faces = 40;
+constexpr uint32_t max_points = 24, max_faces = 40;
 
 /// Sharpnesses at the ends of what OpenSubdiv tells apart, and between.
 float sharpness(Bytes& bytes) {
@@ -39,10 +39,10 @@ float sharpness(Bytes& bytes) {
 
 /// Polygons over the same few points, which may fold, touch and overlap; of 3 to 6 corners.
 void add_faces(Bytes& bytes, scene::Mesh& mesh) {
-    const uint32_t points = 3 + bytes.below(most_points - 2);
+    const uint32_t points = 3 + bytes.below(max_points - 2);
     for (uint32_t i = 0; i < points; ++i)
         mesh.points.emplace_back(float(i % 5), float(i / 5), float(i * 7 % 4) * 0.25f);
-    const uint32_t faces = 1 + bytes.below(most_faces);
+    const uint32_t faces = 1 + bytes.below(max_faces);
     const bool is_grid = bytes.below(2) == 0;
     for (uint32_t f = 0; f < faces; ++f) {
         const uint32_t count = 3 + bytes.below(4);

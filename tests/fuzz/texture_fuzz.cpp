@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "built_plugin.h"
 #include "fuzz_targets.h"
-#include "image/picture_library.h"
+#include "image/image_library.h"
 #include "shading/texture_source.h"
 #include "temporary_file.h"
 
@@ -16,7 +16,7 @@ namespace velatura::fuzz {
 namespace {
 
 constexpr std::array<const char*, 6> kinds = {"png", "jpg", "hdr", "exr", "tif", "tx"};
-constexpr int most_side = 2048;
+constexpr int max_side = 2048;
 /// Decoders are to crash here, where they are looked at, and not in a decoder process.
 constexpr DecodeLimits in_process = {.is_sandboxed = false};
 
@@ -33,30 +33,30 @@ void look_up(const shading::TextureFile& file) {
 
 }  // namespace
 
-/// The first byte is a kind of file, the others are any bytes: a picture and a texture with finite
+/// The first byte is a kind of file, the others are any bytes: an image and a texture with finite
 /// texels, or refused.
 void texture(std::string_view bytes) {
     static const auto* factory = static_cast<const shading::TextureSourceFactory*>(built_interface(
         shading::texture_interface, shading::texture_interface_version, "asset", "texture"));
-    static const auto* pictures = static_cast<const image::PictureLibrary*>(built_interface(
-        image::picture_interface, image::picture_interface_version, "asset", "picture"));
-    if (factory == nullptr || pictures == nullptr || bytes.empty()) return;
+    static const auto* images = static_cast<const image::ImageLibrary*>(built_interface(
+        image::image_interface, image::image_interface_version, "asset", "picture"));
+    if (factory == nullptr || images == nullptr || bytes.empty()) return;
     const size_t kind = size_t(static_cast<unsigned char>(bytes[0])) % kinds.size();
     const std::string file = memory_file(std::string("fuzz.") + kinds[kind], bytes.substr(1));
     if (const auto source = factory->make(size_t(16) << 20, in_process))
         if (const auto opened =
                 (*source)->open(file, scene::SourceColorSpace::Auto, scene::Wrap::UseMetadata,
-                                scene::Wrap::Mirror, most_side))
+                                scene::Wrap::Mirror, max_side))
             look_up(**opened);
-    pictures->limit(in_process);
-    if (const auto picture = pictures->open(file)) {
-        const image::PictureFacts& facts = (*picture)->facts();
-        if (facts.width < 1 || facts.height < 1 || facts.channels < 1 || facts.width > most_side ||
-            facts.height > most_side)
+    images->limit(in_process);
+    if (const auto image = images->open(file)) {
+        const image::ImageInfo& facts = (*image)->facts();
+        if (facts.width < 1 || facts.height < 1 || facts.channels < 1 || facts.width > max_side ||
+            facts.height > max_side)
             return;
         const int channels = facts.channels >= 3 ? 3 : 1;
         std::vector<float> values(size_t(facts.width) * size_t(facts.height) * size_t(channels));
-        (void)(*picture)->read(channels, values).has_value();
+        (void)(*image)->read(channels, values).has_value();
     }
 }
 

@@ -18,7 +18,7 @@ void volume(std::string_view bytes) {
     if (source == nullptr) return;
     const std::string file = memory_file("fuzz.vdb", bytes);
     const auto grid = source->read(
-        {.file = file, .kind = scene::GridKind::AsStored, .most_bytes = size_t(64) << 20});
+        {.file = file, .kind = scene::GridKind::AsStored, .max_bytes = size_t(64) << 20});
     if (!grid) return;
     for (const uint32_t id : grid->nodes)
         if ((id & scene::VoxelGrid::is_node) == 0 && id >= grid->bricks.size()) std::abort();

@@ -149,21 +149,21 @@ struct Balls {
 
     /// How far outside of all balls a place is; negative inside.
     Real outside(const VecL& p) const {
-        Real least = std::numeric_limits<Real>::infinity();
+        Real min = std::numeric_limits<Real>::infinity();
         size_t at = 0;
         for (size_t i = 0; i < balls.size(); ++i) {
             const Real distance = (p - balls[i].c).length() - balls[i].r;
-            if (distance < least) at = i;
-            least = std::min(least, distance);
+            if (distance < min) at = i;
+            min = std::min(min, distance);
         }
         return std::min(
-            least, closest(at, [&](const Ball& ball) { return (p - ball.c).length() - ball.r; }));
+            min, closest(at, [&](const Ball& ball) { return (p - ball.c).length() - ball.r; }));
     }
 
     /// The least value of a function of balls near a sample, in the segment before a joint, too.
     template <class Function>
     Real closest(size_t at, const Function& f) const {
-        Real least = std::numeric_limits<Real>::infinity();
+        Real min = std::numeric_limits<Real>::infinity();
         for (size_t i = at > 0 ? at - 1 : 0; i < std::min(at + 2, balls.size()); ++i) {
             const CurveOracle& oracle = oracles[places[i][0]];
             const size_t segment = places[i][1], step = places[i][2];
@@ -180,9 +180,9 @@ struct Balls {
                 else
                     a = c;
             }
-            least = std::min(least, value((a + b) / 2));
+            min = std::min(min, value((a + b) / 2));
         }
-        return least;
+        return min;
     }
 };
 
@@ -227,7 +227,7 @@ inline scene::Curves some_curve(Random& random, int kind, double thickness) {
         if (k != 3 || kind % 2 == 0) along += random.in_cube(turn * 0.4);
         at += along;
     }
-    // The joint in the middle of its neighbours: smooth
+    // The joint in the middle of its neighbors: smooth
     if (kind % 2 == 1) p[4] = p[3] * 2.0f - p[2];
     return bezier(p, w);
 }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // What shading sees of curves and points, and how they are placed.
 #include "curve_fixtures.h"
-#include "geometry/ball_set.h"
 #include "geometry/geometry_set.h"
 #include "geometry/mapped_set.h"
 #include "geometry/quadric.h"
 #include "geometry/ribbons.h"
 #include "geometry/round_curves.h"
+#include "geometry/sphere_set.h"
 #include "geometry/surface_point.h"
 #include "hard_case.h"
 
@@ -221,7 +221,7 @@ TEST(MappedSets, OfBallsAreTheQuadricsThatTheyAre) {
         points.points = {to_float(random.in_cube(1))};
         points.widths = {float(random.between(0.2, 2.0))};
         const Mat4d matrix = affine(random, i % 2 ? Vec3d(0.3, -1.5, 1) : Vec3d(2, 1, 1), 3);
-        const auto set = MappedSet::make(BallSet::make(points), matrix);
+        const auto set = MappedSet::make(SphereSet::make(points), matrix);
         scene::Gprim ball;
         ball.kind = scene::Gprim::Kind::Sphere;
         ball.radius = 0.5 * double(points.widths[0]);
@@ -259,9 +259,9 @@ TEST(MappedSets, OfBallsAreTheQuadricsThatTheyAre) {
     scene::Points one;
     one.points = {Vec3(0)};
     one.widths = {1};
-    EXPECT_FALSE(MappedSet::make(BallSet::make(one), flat));
+    EXPECT_FALSE(MappedSet::make(SphereSet::make(one), flat));
     one.widths = {0};
-    EXPECT_FALSE(BallSet::make(one));
+    EXPECT_FALSE(SphereSet::make(one));
 }
 
 TEST(CurveSurfaces, ScaleByPowersOfTwoToTheBit) {

@@ -94,10 +94,10 @@ TEST(Gprims, NormalsAgreeWithTheQuadricAndTheWinding) {
         for (uint32_t t = 0; t < mesh.triangle_count(); ++t) {
             const Vec3d a(mesh.corner(t, 0)), b(mesh.corner(t, 1)), c(mesh.corner(t, 2));
             const Vec3d ng = (b - a).cross(c - a).normalized();
-            const Vec3d centre = (a + b + c) / 3;
+            const Vec3d center = (a + b + c) / 3;
             // Every one of these bodies is convex around the origin
             if (kind != Kind::Plane) {
-                EXPECT_GT(ng.dot(centre), 0.0);
+                EXPECT_GT(ng.dot(center), 0.0);
             }
             for (int k = 0; k < 3; ++k) {
                 const Vec3d n = mesh.normal(t, k == 1 ? 1.0f : 0.0f, k == 2 ? 1.0f : 0.0f);

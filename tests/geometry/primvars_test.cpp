@@ -101,19 +101,19 @@ TEST(Primvars, NormalsInterpolateAsDirections) {
     EXPECT_EQ(triangles.normal(2, 0.25f, 0.5f), Vec3d(0, 1, 0));
 }
 
-TEST(Primvars, InstanceColourStandsInWhereTheMeshHasNone) {
+TEST(Primvars, InstanceColorStandsInWhereTheMeshHasNone) {
     scene::Scene scene;
     const scene::PrimvarId color = scene::intern_primvar(scene, scene::display_color_primvar);
     scene::Prototype prototype;
     prototype.shapes.resize(2);
     prototype.shapes[0].geometry = two_quads();
-    scene::Mesh coloured = two_quads();
+    scene::Mesh colored = two_quads();
     scene::Primvar own;
     own.name = color;
     own.width = 3;
     own.values = {0.125f, 0.25f, 0.5f};
-    coloured.primvars = {own};
-    prototype.shapes[1].geometry = coloured;
+    colored.primvars = {own};
+    prototype.shapes[1].geometry = colored;
     scene.prototypes = {prototype};
     scene::Instance instance;
     scene::set_value(scene, instance, {color, 3, false, {0.75f, 0.5f, 0.25f, 0}});

@@ -130,7 +130,7 @@ TEST(Quadrics, SpheresAreMetWhereLongDoubleSays) {
     constexpr double u = 0x1p-53;
     double worst = 0;
     size_t hits = 0, undecided = 0;
-    // Radius over distance of the centre, from outside and inside
+    // Radius over distance of the center, from outside and inside
     for (const double ratio : {1e-7, 1e-5, 1e-3, 0.1, 0.5, 0.9, 0.999, 1.001, 1.5, 10.0, 1e3}) {
         for (int i = 0; i < 4000; ++i) {
             const double radius = std::ldexp(random.between(1, 2), int(random.between(-20, 20)));

@@ -68,12 +68,12 @@ TEST(H03SelfHits, SpawnedRaysNeverMeetThePlaneOfTheirTriangle) {
         scene::Scene scene;
         // Sizes 2^-20 … 2^20, as far as 2^12 sizes from the origin, needles included
         const int size = int(random() % 41) - 20, away = size + int(random() % 13);
-        const Vec3 centre = random_point(random, away);
-        const Vec3 a = centre + random_point(random, size);
-        const Vec3 b = centre + random_point(random, size);
+        const Vec3 center = random_point(random, away);
+        const Vec3 a = center + random_point(random, size);
+        const Vec3 b = center + random_point(random, size);
         const Vec3 c = trial % 4 == 0
                            ? a + (b - a) * uniform(random) + random_point(random, size - 12)
-                           : centre + random_point(random, size);
+                           : center + random_point(random, size);
         if (a == b || b == c || c == a) continue;
         scene.shapes.push_back(triangle_shape(a, b, c));
         const GeometrySet geometry(scene);

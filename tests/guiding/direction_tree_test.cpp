@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The equal-area map and the directional quadtree: samples follow the density, the density is
-// normalised.
+// normalized.
 #include "guiding/direction_tree.h"
 
 #include "../sampling/chi_square.h"

@@ -19,13 +19,13 @@ using sampling::testing::TestRandom;
 
 /// A floor (n = +y) that gets light from +x on its left half and from −x on its right half, and a
 /// ceiling (n = −y) above it that gets light from straight below.
-std::vector<Record> room_records(size_t count, float scale = 1.0f) {
+std::vector<TrainingSample> room_records(size_t count, float scale = 1.0f) {
     TestRandom random(21);
-    std::vector<Record> records;
+    std::vector<TrainingSample> records;
     for (size_t i = 0; i < count; ++i) {
         const float x = 10.0f * random.uniform(), z = 10.0f * random.uniform();
         const bool is_floor = random.uniform() < 0.5f;
-        Record r;
+        TrainingSample r;
         r.at = {Vec3(x, is_floor ? 0.0f : 0.05f, z) * scale, Vec3(0, is_floor ? 1.0f : -1.0f, 0)};
         const Vec3 jitter = sampling::uniform_sphere(Vec2(random.uniform(), random.uniform()));
         const Vec3 from = !is_floor ? Vec3(0, -1, 0) : Vec3(x < 5.0f ? 1.0f : -1.0f, 0.2f, 0);
@@ -36,9 +36,9 @@ std::vector<Record> room_records(size_t count, float scale = 1.0f) {
     return records;
 }
 
-std::vector<Place> places(float scale = 1.0f) {
+std::vector<GuidingPoint> places(float scale = 1.0f) {
     TestRandom random(22);
-    std::vector<Place> out;
+    std::vector<GuidingPoint> out;
     for (int i = 0; i < 500; ++i) {
         // Some lie outside the records' box
         const Vec3 p(14.0f * random.uniform() - 2.0f, random.uniform(), 10.0f * random.uniform());
@@ -52,7 +52,7 @@ std::vector<Place> places(float scale = 1.0f) {
 std::vector<float> answers(const GuidingField& field, float scale = 1.0f) {
     TestRandom random(23);
     std::vector<float> out;
-    for (const Place& at : places(scale)) {
+    for (const GuidingPoint& at : places(scale)) {
         const std::optional<Guide> guide = field.at(at);
         if (!guide) {
             out.push_back(-1);
@@ -71,7 +71,7 @@ std::vector<float> answers(const GuidingField& field, float scale = 1.0f) {
 }  // namespace
 
 TEST(GuidingField, TellsPlacesAndSidesApart) {
-    const std::vector<Record> records = room_records(40000);
+    const std::vector<TrainingSample> records = room_records(40000);
     const GuidingField field(records);
     ASSERT_GT(field.cell_count(), 20u);
     const auto density = [&](const Vec3& p, const Vec3& n, const Vec3& wi) {
@@ -87,7 +87,7 @@ TEST(GuidingField, TellsPlacesAndSidesApart) {
     EXPECT_NEAR(double(field.at({{2, 0, 5}, up})->mean), 0.75, 0.12);
 }
 
-TEST(GuidingField, EveryDensityIsNormalised) {
+TEST(GuidingField, EveryDensityIsNormalized) {
     const GuidingField field(room_records(20000));
     // By a grid of another equal-area map: cut cells at the borders leave an error of order 1/n
     constexpr int n = 1024;
@@ -108,7 +108,7 @@ TEST(GuidingField, EveryDensityIsNormalised) {
 }
 
 TEST(GuidingField, DoesNotDependOnThreads) {
-    const std::vector<Record> records = room_records(30000);
+    const std::vector<TrainingSample> records = room_records(30000);
     std::vector<float> expected;
     for (const int threads : {1, 2, 5}) {
         const ThreadLimit limit(threads);
@@ -127,11 +127,11 @@ TEST(GuidingField, ScalingThePlacesByAPowerOfTwoChangesNoBit) {
 }
 
 TEST(GuidingField, BadRecordsDoNotCount) {
-    std::vector<Record> records = room_records(3000);
+    std::vector<TrainingSample> records = room_records(3000);
     const std::vector<float> expected = answers(GuidingField(records));
     for (const float bad :
          {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), -1.0f}) {
-        Record r = records[0];
+        TrainingSample r = records[0];
         r.weight = bad;
         records.push_back(r);
     }
@@ -141,15 +141,15 @@ TEST(GuidingField, BadRecordsDoNotCount) {
 TEST(GuidingField, LearnsNothingFromNothing) {
     EXPECT_TRUE(GuidingField().is_empty());
     EXPECT_FALSE(GuidingField().at({Vec3(0.0f), Vec3(0, 0, 1)}));
-    EXPECT_TRUE(GuidingField(std::vector<Record>{}).is_empty());
-    std::vector<Record> dark = room_records(100);
-    for (Record& r : dark) r.weight = 0;
+    EXPECT_TRUE(GuidingField(std::vector<TrainingSample>{}).is_empty());
+    std::vector<TrainingSample> dark = room_records(100);
+    for (TrainingSample& r : dark) r.weight = 0;
     EXPECT_TRUE(GuidingField(dark).is_empty());
 }
 
 TEST(GuidingField, RecordsOfOnePointMakeOneCell) {
-    std::vector<Record> records = room_records(5000);
-    for (Record& r : records) r.at = {Vec3(3, 4, 5), Vec3(0, 0, 1)};
+    std::vector<TrainingSample> records = room_records(5000);
+    for (TrainingSample& r : records) r.at = {Vec3(3, 4, 5), Vec3(0, 0, 1)};
     const GuidingField field(records);
     EXPECT_EQ(field.cell_count(), 1u);
     EXPECT_TRUE(field.at({Vec3(-100, 4, 5), Vec3(1, 0, 0)}));

@@ -323,7 +323,7 @@ TEST(H11Coincident, TrianglesBuildAndTheFirstWins) {
 }
 
 TEST(H11Coincident, DistinctTrianglesWithOneCentroidBuild) {
-    // Boxes share their centre: no plane divides them
+    // Boxes share their center: no plane divides them
     Soup soup;
     Random random(17);
     for (int i = 0; i < 20000; ++i) {

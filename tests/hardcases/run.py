@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Runs every test of a hard case and tells what was measured. Usage: ./dev hardcases [--size commit|nightly|release]
-[--write] [--pictures] [--only H07…]
+[--write] [--images] [--only H07…]
 
 Tests whose suite begins with H01 to H53 write down what they measure (hard_case.h); cases.toml says what the cases are.
---write puts the table into docs/engineering/hard_cases.md, --pictures renders docs/engineering/hard_cases.jpg before (pictures.py). Fails when a test
-fails, a bound is not kept, a case was not measured, a case that is said to fail does not, or a picture is not as it should be.
+--write puts the table into docs/engineering/hard_cases.md, --images renders docs/engineering/hard_cases.jpg before (case_images.py). Fails when a test
+fails, a bound is not kept, a case was not measured, a case that is said to fail does not, or an image is not as it should be.
 """
 import argparse
 import concurrent.futures
@@ -22,13 +22,13 @@ import tomllib
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs/engineering/hard_cases.md"
-PICTURES = PAGE.with_suffix(".jpg")
+IMAGES = PAGE.with_suffix(".jpg")
 CASES = [f"H{n:02}" for n in range(1, 54)]
 
-PICTURES_TEXT = f"""![Hard cases beside what they must equal]({PICTURES.name})
+PICTURES_TEXT = f"""![Hard cases beside what they must equal]({IMAGES.name})
 
-Images of hard cases, each beside the image that it must equal; captions begin with the number of the case. `./dev hardcases --pictures`
-renders them (`tests/hardcases/pictures.py`) and compares. Scenes that are moved by 1e8, scaled by 2^-20 or in another order,
+Images of hard cases, each beside the image that it must equal; captions begin with the number of the case. `./dev hardcases --images`
+renders them (`tests/hardcases/case_images.py`) and compares. Scenes that are moved by 1e8, scaled by 2^-20 or in another order,
 closed shutters, lenses without a focus and NaN texels must give the same image to the bit; the relMSE of the others has a
 bound. White balls must vanish in a white dome (H20), a lamp of 1e5 in a closed mesh must not leak (H13), and water that touches
 its glass must look like water that overlaps it, while a gap is visible (H41).
@@ -123,9 +123,9 @@ def seen(line):
 
 
 def draw(programs):
-    """Makes the sheet of pictures. Returns: whether they are as they should be."""
-    print("pictures:", flush=True)
-    command = [sys.executable, "-B", ROOT / "tests/hardcases/pictures.py", "--bin", programs, "-o", PICTURES]
+    """Makes the sheet of images. Returns: whether they are as they should be."""
+    print("images:", flush=True)
+    command = [sys.executable, "-B", ROOT / "tests/hardcases/case_images.py", "--bin", programs, "-o", IMAGES]
     return subprocess.run(command, stdin=subprocess.DEVNULL).returncode == 0
 
 
@@ -145,7 +145,7 @@ passed, {count['fails']} fails in a known way, {count['not applicable']} do not 
 (pbrt-v4 5f7a606, Mitsuba 3 b45b0a9, Cycles 97dbe6f, MoonRay 7330447, Embree 93040c7) or in the issues named; nothing was run there.
 Units, precision and error: [numerics.md](numerics.md).
 """]
-    if PICTURES.exists():
+    if IMAGES.exists():
         out.append(PICTURES_TEXT)
     for case in CASES:
         text, (verdict, reason) = texts[case], verdicts[case]
@@ -169,7 +169,7 @@ def main():
     parser.add_argument("--size", choices=["commit", "nightly", "release"], default="commit")
     parser.add_argument("--only", nargs="+", choices=CASES, metavar="CASE", help="these cases alone")
     parser.add_argument("--write", action="store_true", help="put the table into docs/engineering/hard_cases.md")
-    parser.add_argument("--pictures", action="store_true", help="render docs/engineering/hard_cases.jpg")
+    parser.add_argument("--images", "--pictures", dest="images", action="store_true", help="render docs/engineering/hard_cases.jpg")
     arguments = parser.parse_args()
     if arguments.write and arguments.only:
         parser.error("--write needs all cases")
@@ -210,8 +210,8 @@ def main():
     print("slowest: " + ", ".join(f"{test} {time_s:.1f} s" for test, (_, time_s) in slow))
     bad = [case for case in shown if verdicts[case][0] == "FAILED"]
     bad += [test for test, (state, _) in outcomes.items() if state == "failed" and case_of(test) not in CASES]
-    if arguments.pictures and not draw(arguments.tests.parent / "bin"):
-        bad.append("pictures")
+    if arguments.images and not draw(arguments.tests.parent / "bin"):
+        bad.append("images")
     print(f"{len(outcomes)} tests, {len(lines)} measurements, {seconds:.1f} s, {cpu_seconds:.1f} s of CPU time; " +
           (f"not as they should be: {', '.join(bad)}" if bad else "all as they should be"))
     if arguments.write:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adaptive sampling: one picture however it is made, samples where the noise is, and no bias.
+// Adaptive sampling: one image however it is made, samples where the noise is, and no bias.
 #include "base/hash.h"
 #include "hard_case.h"
 #include "integrator/sample_placement.h"
@@ -36,7 +36,7 @@ double number(uint64_t seed, int x, int y, uint64_t sample) {
     return double(h >> 11) * 0x1p-53;
 }
 
-// Renders a picture whose samples are the values of a function; all in light group 0, bounce 0.
+// Renders an image whose samples are the values of a function; all in light group 0, bounce 0.
 template <class Value>
 film::Film render_values(const film::Window& window,
                          const RenderOptions& options,
@@ -114,14 +114,14 @@ TEST(Adaptive, SamplesGoWhereTheNoiseIs) {
     EXPECT_EQ(samples_of(film, 60, 20), 128u);
     // As many as asked for, but for the rounding of the rates to powers of two
     EXPECT_NEAR(film.noise().samples_mean, 64, 8);
-    // A doubled picture has the same relative noise
+    // A doubled image has the same relative noise
     const film::Film twice =
         render_values(window, adaptive_options(64),
                       [&](int x, int y, uint64_t s) { return 64 * value(x, y, s); });
     EXPECT_EQ(samples_of(twice, 60, 20), 128u);
 }
 
-TEST(Adaptive, APictureWithoutNoiseIsUniform) {
+TEST(Adaptive, AnImageWithoutNoiseIsUniform) {
     const film::Film film = render_values({0, 0, 20, 20}, adaptive_options(64),
                                           [](int x, int, uint64_t) { return double(x); });
     EXPECT_EQ(film.noise().samples_min, 64u);
@@ -129,7 +129,7 @@ TEST(Adaptive, APictureWithoutNoiseIsUniform) {
 }
 
 TEST(Adaptive, WhatAPixelHasSeenDoesNotDecideHowOftenItLooks) {
-    // One pixel of much noise among pixels of little: only its neighbours react
+    // One pixel of much noise among pixels of little: only its neighbors react
     const auto value = [](bool is_noisy) {
         return [is_noisy](int x, int y, uint64_t s) {
             const bool is_it = is_noisy && x == 16 && y == 16;
@@ -202,15 +202,15 @@ TEST(Adaptive, OneFireflyDrawsFewSamples) {
     };
     const std::vector<uint64_t> without = counts(0), with = counts(1e3);
     EXPECT_EQ(counts(1e7), with);
-    uint64_t most = 0, drawn = 0, total = 0;
+    uint64_t max = 0, drawn = 0, total = 0;
     for (size_t i = 0; i < with.size(); ++i) {
-        most = std::max(most, with[i] / without[i]);
+        max = std::max(max, with[i] / without[i]);
         drawn += with[i] - std::min(with[i], without[i]);
         total += with[i];
     }
-    fmt::print("up to {} times the samples nearby, {:.2f} % of all\n", most,
+    fmt::print("up to {} times the samples nearby, {:.2f} % of all\n", max,
                100 * double(drawn) / double(total));
-    EXPECT_LE(most, 4u);
+    EXPECT_LE(max, 4u);
     EXPECT_LT(double(drawn), 0.015 * double(total));
 }
 
@@ -232,7 +232,7 @@ TEST(H45PowersOfTwo, SampleCountsGrowWithTheIndexAndStopAtThem) {
             const uint64_t count = rates.count(x, 20, index);
             EXPECT_GE(count, last);
             EXPECT_GE(count, std::min(index, pilot_samples));
-            EXPECT_LE(count, SampleRates::most(index));
+            EXPECT_LE(count, SampleRates::max(index));
             // Low-discrepancy sequences are best used up to powers of two
             if (index >= 64 && std::has_single_bit(index)) others += !std::has_single_bit(count);
             last = count;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Shadows by who casts them: they are parts of the shadow, what blocks light gets it and nobody
 // else, and what is lifted is what a render without that shadow shows.
+#include "image_sums.h"
 #include "layers/resolve.h"
-#include "picture_sums.h"
 #include "usd_render.h"
 
 #include <fmt/format.h>
@@ -27,7 +27,7 @@ film::Film render(const scene::Scene& scene, uint64_t samples, uint64_t seed = 1
                                     .sampler = sampling::SamplerKind::SobolHalves});
 }
 
-PictureLight taken_by(const film::Film& film, int group, const std::string& caster) {
+ImageLight taken_by(const film::Film& film, int group, const std::string& caster) {
     const auto& casters = film.layer_set().casters;
     for (uint32_t c = 0; c < casters.size(); ++c)
         if (casters[c].name == caster) return light_of(film, film.sums().table().taken(group, c));
@@ -36,9 +36,9 @@ PictureLight taken_by(const film::Film& film, int group, const std::string& cast
 }
 
 /// What no caster is told to have taken.
-PictureLight rest_of(const film::Film& film, int group) {
+ImageLight rest_of(const film::Film& film, int group) {
     const accumulate::AccumulatorTable& table = film.sums().table();
-    PictureLight rest =
+    ImageLight rest =
         light_of(film, table.unoccluded(group)) - light_of(film, table.matrix(1, group));
     for (uint32_t c = 0; c < film.layer_set().casters.size(); ++c)
         rest = rest - light_of(film, table.taken(group, c));
@@ -98,23 +98,23 @@ void expect_lifted(const std::string& things, const std::string& caster, const s
     // The same samples, so that nothing but the shadow tells them apart
     const film::Film hidden =
         render(scene_from_usda(stage(things, without(path)), width, height), 256);
-    double worst = 0, worst_square = 0, most = 0;
+    double worst = 0, worst_square = 0, max = 0;
     for (int g = 0; g < 4; ++g) {
         const uint32_t direct = film.sums().table().matrix(1, g);
-        const PictureLight taken = taken_by(film, g, caster),
-                           bare = light_of(hidden, hidden.sums().table().matrix(1, g));
-        const PictureLight difference = light_of(film, direct) + taken - bare;
+        const ImageLight taken = taken_by(film, g, caster),
+                         bare = light_of(hidden, hidden.sums().table().matrix(1, g));
+        const ImageLight difference = light_of(film, direct) + taken - bare;
         EXPECT_LT(distance(difference), 4.0) << film.layer_set().groups[size_t(g)].name;
         EXPECT_LT(mean_square_of_quarters(difference), 5.0)
             << film.layer_set().groups[size_t(g)].name;
         worst = std::max(worst, distance(difference));
         worst_square = std::max(worst_square, mean_square_of_quarters(difference));
-        most = std::max(most, 4.28 * std::sqrt(whole(difference).variance) / whole(taken).value);
+        max = std::max(max, 4.28 * std::sqrt(whole(difference).variance) / whole(taken).value);
         EXPECT_GT(whole(taken).value, 0.0);
     }
     std::printf(
         "%s: worst |z| %.2f, worst mean square %.2f; 90 %% power from %.1f %% of its shadow\n",
-        caster.c_str(), worst, worst_square, 100 * most);
+        caster.c_str(), worst, worst_square, 100 * max);
 }
 
 std::string cutout() {
@@ -230,9 +230,9 @@ TEST(Casters, TakeAllThatDoesNotArrive) {
                              "1\ncolor3f inputs:shadow:color = (0.1, 0.2, 0.3)")}};
     for (const Case& c : cases) {
         const film::Film film = render(scene_from_usda(c.text, width, height, true), 256);
-        double worst = 0, most = 0;
+        double worst = 0, max = 0;
         for (int g = 0; g < film.layer_set().group_count(); ++g) {
-            const PictureLight rest = rest_of(film, g);
+            const ImageLight rest = rest_of(film, g);
             const accumulate::AccumulatorTable& table = film.sums().table();
             const double shadow =
                 whole(light_of(film, table.unoccluded(g)) - light_of(film, table.matrix(1, g)))
@@ -241,12 +241,11 @@ TEST(Casters, TakeAllThatDoesNotArrive) {
                 << c.name << " " << film.layer_set().groups[size_t(g)].name << ": "
                 << whole(rest).value << " of " << shadow;
             worst = std::max(worst, distance(rest));
-            if (shadow > 1e-3)
-                most = std::max(most, 5.28 * std::sqrt(whole(rest).variance) / shadow);
+            if (shadow > 1e-3) max = std::max(max, 5.28 * std::sqrt(whole(rest).variance) / shadow);
         }
         std::printf(
             "%s: rest within %.2f standard errors of none; 90 %% power from %.2f %% of a shadow\n",
-            c.name, worst, 100 * most);
+            c.name, worst, 100 * max);
     }
 }
 

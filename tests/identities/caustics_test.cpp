@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A picture whose caustics are solved for is one picture however it is made, and the paths' own
+// An image whose caustics are solved for is one image however it is made, and the paths' own
 // where nothing casts any.
 #include "usd_render.h"
 
@@ -34,7 +34,7 @@ std::string scaled_by(int k) {
 
 }  // namespace
 
-TEST(CausticPicture, IsTheSameForModesThreadsAndTiles) {
+TEST(CausticImage, IsTheSameForModesThreadsAndTiles) {
     const scene::Scene scene = scene_from_usda(room_usda(), 40, 34);
     const uint64_t expected =
         fingerprint(render_scene(scene, few_samples(integrator::RenderMode::Tile, 16),
@@ -53,7 +53,7 @@ TEST(CausticPicture, IsTheSameForModesThreadsAndTiles) {
     }
 }
 
-TEST(CausticPicture, IsTheSameInPartsOfTheSamples) {
+TEST(CausticImage, IsTheSameInPartsOfTheSamples) {
     const scene::Scene scene = scene_from_usda(room_usda(), 20, 16);
     const uint64_t expected =
         fingerprint(render_scene(scene, few_samples(), RenderSetup{.caustics = manifold}));
@@ -62,7 +62,7 @@ TEST(CausticPicture, IsTheSameInPartsOfTheSamples) {
               expected);
 }
 
-TEST(CausticPicture, ScalesByPowersOfTwoBitIdentically) {
+TEST(CausticImage, ScalesByPowersOfTwoBitIdentically) {
     const auto render = [](const std::string& ops) {
         return beauty(render_scene(scene_from_usda(room_usda(ops), 40, 34), few_samples(),
                                    RenderSetup{.caustics = manifold}));
@@ -72,7 +72,7 @@ TEST(CausticPicture, ScalesByPowersOfTwoBitIdentically) {
         EXPECT_EQ(render(scaled_by(k)), unscaled) << "scaled by 2^" << k;
 }
 
-TEST(CausticPicture, IsThatOfThePathsWhereNothingCastsCaustics) {
+TEST(CausticImage, IsThatOfThePathsWhereNothingCastsCaustics) {
     scene::Scene scene = scene_from_usda(room_usda(), 40, 34);
     for (scene::Material& m : scene.materials) {
         m.roughness = scene::Input(0.5f);
@@ -85,7 +85,7 @@ TEST(CausticPicture, IsThatOfThePathsWhereNothingCastsCaustics) {
 }
 
 // A ball that is elsewhere when the shutter closes, a mirror that is nowhere when it opens.
-TEST(CausticPicture, OfWhatMovesIsThatOfThePaths) {
+TEST(CausticImage, OfWhatMovesIsThatOfThePaths) {
     const scene::Scene scene = scene_from_usda(R"usda(#usda 1.0
 def Camera "Cam" {
     float focalLength = 30
@@ -139,7 +139,7 @@ def Mesh "Floor" {
 }
 )usda",
                                                24, 16);
-    // Light by one mirror, of the whole picture
+    // Light by one mirror, of the whole image
     const auto measure = [&](integrator::Caustics caustics, double& mean, double& variance) {
         constexpr int runs = 12;
         double sum = 0, squares = 0;
@@ -170,7 +170,7 @@ def Mesh "Floor" {
     EXPECT_NEAR(solved, by_paths, 4 * error);
 }
 
-TEST(CausticPicture, AutoLeavesLargeLightsToThePaths) {
+TEST(CausticImage, AutoLeavesLargeLightsToThePaths) {
     scene::Scene scene = scene_from_usda(room_usda(), 40, 34);
     const uint64_t by_paths = fingerprint(render_scene(scene, few_samples()));
     for (scene::Light& l : scene.lights) {

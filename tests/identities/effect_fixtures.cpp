@@ -124,10 +124,10 @@ constexpr EffectFixture fixtures[] = {
      VELATURA_FOG(
          "float3 inputs:absorption = (0.1, 0.2, 0.3)\n float3 inputs:scattering = (0.9, 0.8, 0.7)"),
      VELATURA_FOG("float3 inputs:absorption = (0.1, 0.2, 0.3)"), true},
-    {Effect::NestedBodies, "constant",
+    {Effect::NestedDielectrics, "constant",
      "float inputs:opacity = 0\nint inputs:velatura:dielectricPriority = 2",
      "float inputs:opacity = 0\nint inputs:velatura:dielectricPriority = 0"},
-    {Effect::NestedBodies, "of what is opaque",
+    {Effect::NestedDielectrics, "of what is opaque",
      "float inputs:opacity = 0.2\nint inputs:velatura:dielectricPriority = -1",
      "int inputs:velatura:dielectricPriority = 2"},
     {Effect::Subsurface, "constant",

@@ -151,10 +151,10 @@ TEST(EffectPlan, KnowsWhatMoves) {
 TEST(EffectPlan, LeavesOutWhatItCan) {
     int checked = 0;
     for (const EffectFixture& fixture : effect_fixtures()) {
-        if (!integrator::can_leave_out(fixture.effect)) continue;
+        if (!integrator::can_omit(fixture.effect)) continue;
         scene::Scene scene = scene_from_usda(fixture_usda(fixture, fixture.on, Arrival::Direct));
         const EffectPlan before = integrator::make_plan(scene, usual_options());
-        integrator::leave_out(scene, fixture.effect);
+        integrator::omit(scene, fixture.effect);
         const EffectPlan after = integrator::make_plan(scene, usual_options());
         EXPECT_NE(after.of(fixture.effect).state, EffectState::On)
             << scene::info(fixture.effect).name;
@@ -181,7 +181,7 @@ TEST(EffectPlan, LeavesNoBodyBehindThinWalls) {
     scene::Scene scene = scene_from_usda(fixture_usda(wall, wall.on, Arrival::Direct));
     EXPECT_EQ(integrator::make_plan(scene, usual_options()).of(Effect::Absorption).state,
               EffectState::ProvenZero);
-    integrator::leave_out(scene, Effect::ThinWalls);
+    integrator::omit(scene, Effect::ThinWalls);
     const EffectPlan after = integrator::make_plan(scene, usual_options());
     EXPECT_NE(after.of(Effect::ThinWalls).state, EffectState::On);
     EXPECT_NE(after.of(Effect::Absorption).state, EffectState::On);

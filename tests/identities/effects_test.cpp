@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What renders of these stages do: nothing that the plan has off, and the same picture when it is
+// What renders of these stages do: nothing that the plan has off, and the same image when it is
 // made to run.
 #include "effect_fixtures.h"
 #include "effect_plans.h"
@@ -20,15 +20,15 @@ using scene::Effect;
 
 constexpr integrator::RenderOptions few_samples = {.seed = 3, .end_sample = 4};
 
-/// Pictures are not there: what reads them gives its fallback, which is another thing to test.
-bool wants_a_picture(const EffectFixture& f) {
+/// Images are not there: what reads them gives its fallback, which is another thing to test.
+bool wants_an_image(const EffectFixture& f) {
     return f.effect == Effect::EnvironmentMaps || f.effect == Effect::LightTextures;
 }
 
 /// Counters move for what is called for, and for nothing else.
 TEST(Effects, RunWhenTheyAreCalledForAndElseNot) {
     for (const EffectFixture& fixture : effect_fixtures()) {
-        if (wants_a_picture(fixture)) continue;
+        if (wants_an_image(fixture)) continue;
         const scene::Scene scene =
             scene_from_usda(fixture_usda(fixture, fixture.on, Arrival::Direct), 16, 12);
         const EffectPlan plan = integrator::make_plan(scene, plan_of_test());
@@ -43,15 +43,15 @@ TEST(Effects, RunWhenTheyAreCalledForAndElseNot) {
 
 TEST(Effects, DoNotRunWhereTheyAreProvenZeroOrLeftOut) {
     for (const EffectFixture& fixture : effect_fixtures()) {
-        if (wants_a_picture(fixture)) continue;
+        if (wants_an_image(fixture)) continue;
         std::vector<scene::Scene> scenes;
         if (!fixture.neutral.empty())
             scenes.push_back(
                 scene_from_usda(fixture_usda(fixture, fixture.neutral, Arrival::Direct), 16, 12));
-        if (integrator::can_leave_out(fixture.effect)) {
+        if (integrator::can_omit(fixture.effect)) {
             scenes.push_back(
                 scene_from_usda(fixture_usda(fixture, fixture.on, Arrival::Direct), 16, 12));
-            integrator::leave_out(scenes.back(), fixture.effect);
+            integrator::omit(scenes.back(), fixture.effect);
         }
         for (const scene::Scene& scene : scenes) {
             integrator::RayCounts counts;
@@ -122,7 +122,7 @@ scene::EffectSet forced_in(const scene::Scene& scene) {
     return integrator::make_plan(scene, options).forced();
 }
 
-uint64_t picture(const scene::Scene& scene, const scene::EffectSet& forced) {
+uint64_t image(const scene::Scene& scene, const scene::EffectSet& forced) {
     return fingerprint(render_scene(scene, few_samples, RenderSetup{.forced = forced}));
 }
 
@@ -131,17 +131,17 @@ uint64_t picture(const scene::Scene& scene, const scene::EffectSet& forced) {
 TEST(Effects, ThatNothingCallsForChangeNoBit) {
     int scenes = 0;
     for (const EffectFixture& fixture : effect_fixtures()) {
-        if (wants_a_picture(fixture)) continue;
+        if (wants_an_image(fixture)) continue;
         const scene::Scene scene =
             scene_from_usda(fixture_usda(fixture, fixture.on, Arrival::Instance), 16, 12);
         const scene::EffectSet forced = forced_in(scene);
         EXPECT_FALSE(forced.is_empty());
-        EXPECT_EQ(picture(scene, {}), picture(scene, forced))
+        EXPECT_EQ(image(scene, {}), image(scene, forced))
             << scene::info(fixture.effect).name << " by " << fixture.name;
         ++scenes;
     }
     const scene::Scene room = scene_from_usda(room_usda());
-    EXPECT_EQ(picture(room, {}), picture(room, forced_in(room)));
+    EXPECT_EQ(image(room, {}), image(room, forced_in(room)));
     EXPECT_GE(scenes, 12);
 }
 
@@ -150,7 +150,7 @@ TEST(Effects, ThatNothingCallsForChangeNoBit) {
 TEST(Effects, ChangeNoBitInCompany) {
     std::vector<EffectFixture> all;
     for (const EffectFixture& fixture : effect_fixtures())
-        if (!wants_a_picture(fixture) && !fixture.stays_at_home) all.push_back(fixture);
+        if (!wants_an_image(fixture) && !fixture.stays_at_home) all.push_back(fixture);
     std::vector<std::vector<bool>> met(all.size(), std::vector<bool>(all.size(), false));
     std::mt19937 random(3);
     constexpr int stages = 12;
@@ -175,7 +175,7 @@ TEST(Effects, ChangeNoBitInCompany) {
         integrator::RayCounts counts;
         const uint64_t plain =
             fingerprint(render_scene(scene, few_samples, RenderSetup{.counts = &counts}));
-        EXPECT_EQ(plain, picture(scene, forced_in(scene))) << "stage " << stage;
+        EXPECT_EQ(plain, image(scene, forced_in(scene))) << "stage " << stage;
         EXPECT_EQ(names_of(integrator::broken_promises(integrator::make_plan(scene, plan_of_test()),
                                                        counts.effects)),
                   "");

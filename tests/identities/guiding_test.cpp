@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A guided picture is the unguided one with other noise, and one picture however it is made.
+// A guided image is the unguided one with other noise, and one image however it is made.
 #include "integrator/path_tracer.h"
 #include "integrator/schedule.h"
 #include "usd_render.h"
@@ -153,11 +153,11 @@ struct Sample {
     int count = 0;
 };
 
-/// Mean radiance of the picture, over renders with different seeds; each learns anew.
-Sample picture_means(const scene::Scene& scene,
-                     integrator::Guiding guiding,
-                     int renders,
-                     uint64_t spp) {
+/// Mean radiance of the image, over renders with different seeds; each learns anew.
+Sample image_means(const scene::Scene& scene,
+                   integrator::Guiding guiding,
+                   int renders,
+                   uint64_t spp) {
     integrator::RenderOptions options;
     options.mode = integrator::RenderMode::Tile;
     options.end_sample = spp;
@@ -165,10 +165,10 @@ Sample picture_means(const scene::Scene& scene,
     for (int i = 0; i < renders; ++i) {
         options.seed = uint64_t(1000 + i);
         double sum = 0;
-        const std::vector<double> picture =
+        const std::vector<double> image =
             beauty(render_scene(scene, options, RenderSetup{.guiding = guiding}));
-        for (const double v : picture) sum += v;
-        means.push_back(sum / double(picture.size()) / double(spp));
+        for (const double v : image) sum += v;
+        means.push_back(sum / double(image.size()) / double(spp));
     }
     Sample s;
     s.count = renders;
@@ -181,8 +181,8 @@ Sample picture_means(const scene::Scene& scene,
 /// `bound`.
 void expect_same_mean(const std::string& usda, double bound, int renders, uint64_t spp) {
     const scene::Scene scene = scene_from_usda(usda, 24, 18);
-    const Sample without = picture_means(scene, integrator::Guiding::Off, renders, spp);
-    const Sample with = picture_means(scene, on, renders, spp);
+    const Sample without = image_means(scene, integrator::Guiding::Off, renders, spp);
+    const Sample with = image_means(scene, on, renders, spp);
     const double error = std::sqrt(without.variance / without.count + with.variance / with.count);
     // 3.3 for the level: 0.1 % two-sided at some 30 degrees of freedom is 3.6; 1.3 for 90 % power
     const double detectable = (3.6 + 1.3) * error / without.mean;
@@ -197,24 +197,24 @@ void expect_same_mean(const std::string& usda, double bound, int renders, uint64
 
 }  // namespace
 
-TEST(GuidedPicture, HasTheMeanOfTheUnguidedOneInARoomBehindABaffle) {
+TEST(GuidedImage, HasTheMeanOfTheUnguidedOneInARoomBehindABaffle) {
     expect_same_mean(baffle_usda(), 0.03, 24, 64);
 }
 
-/// The small twin of the tests of GuidedPicture.
-TEST(GuidedSmallPicture, HasTheMeanOfTheUnguidedOne) {
+/// The small twin of the tests of GuidedImage.
+TEST(GuidedSmallImage, HasTheMeanOfTheUnguidedOne) {
     expect_same_mean(baffle_usda(), 0.08, 12, 32);
 }
 
-TEST(GuidedPicture, HasTheMeanOfTheUnguidedOneUnderGlass) {
+TEST(GuidedImage, HasTheMeanOfTheUnguidedOneUnderGlass) {
     expect_same_mean(glass_usda(), 0.02, 24, 64);
 }
 
-TEST(GuidedPicture, HasTheMeanOfTheUnguidedOneInABrightRoom) {
+TEST(GuidedImage, HasTheMeanOfTheUnguidedOneInABrightRoom) {
     expect_same_mean(baffle_usda("", 2.25, 2), 0.02, 24, 32);
 }
 
-TEST(GuidedPicture, IsTheSameForModesThreadsAndTiles) {
+TEST(GuidedImage, IsTheSameForModesThreadsAndTiles) {
     const scene::Scene scene = scene_from_usda(baffle_usda(), 40, 34);
     const uint64_t expected =
         fingerprint(render_scene(scene, eleven_samples(integrator::RenderMode::Tile, 16),
@@ -231,7 +231,7 @@ TEST(GuidedPicture, IsTheSameForModesThreadsAndTiles) {
     }
 }
 
-TEST(GuidedPicture, IsTheSameInPartsOfTheSamples) {
+TEST(GuidedImage, IsTheSameInPartsOfTheSamples) {
     const scene::Scene scene = scene_from_usda(baffle_usda(), 20, 16);
     const uint64_t expected =
         fingerprint(render_scene(scene, eleven_samples(), RenderSetup{.guiding = on}));
@@ -240,7 +240,7 @@ TEST(GuidedPicture, IsTheSameInPartsOfTheSamples) {
               expected);
 }
 
-TEST(GuidedPicture, IsTheSameInACrop) {
+TEST(GuidedImage, IsTheSameInACrop) {
     const scene::Scene scene = scene_from_usda(baffle_usda(), 40, 34);
     const film::Film whole = render_scene(scene, eleven_samples(), RenderSetup{.guiding = on});
     const film::Film part = render_scene(
@@ -259,7 +259,7 @@ TEST(GuidedPicture, IsTheSameInACrop) {
     EXPECT_EQ(checked, 16 * 23);
 }
 
-TEST(GuidedPicture, ScalesByPowersOfTwoBitIdentically) {
+TEST(GuidedImage, ScalesByPowersOfTwoBitIdentically) {
     const auto render = [](const std::string& ops) {
         return beauty(render_scene(scene_from_usda(baffle_usda(ops), 24, 18), eleven_samples(),
                                    RenderSetup{.guiding = on}));
@@ -275,7 +275,7 @@ TEST(GuidedPicture, ScalesByPowersOfTwoBitIdentically) {
     }
 }
 
-TEST(GuidedPicture, WithNothingLearnedIsTheUnguidedOne) {
+TEST(GuidedImage, WithNothingLearnedIsTheUnguidedOne) {
     const scene::Scene scene = scene_from_usda(room_usda(), 20, 16);
     Diagnostics diagnostics;
     film::LayerSet layers;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Light and shadow linking from USD to the film: linking of everything is no linking, bit for bit;
-// a scene with linking is one picture however it is made; branches, guiding and solved caustics
+// a scene with linking is one image however it is made; branches, guiding and solved caustics
 // keep the mean of every layer; and what is linked away is as if it were not there.
 #include "usd_render.h"
 
@@ -155,7 +155,7 @@ TEST(Linking, ByWayOfItsOwnCodeKeepsTheMeanOfEveryLayer) {
                       "linked");
 }
 
-TEST(Linking, IsOnePictureHoweverItIsMade) {
+TEST(Linking, IsOneImageHoweverItIsMade) {
     const scene::Scene scene = scene_from_usda(linked_room(some_links()), width, height);
     RenderSetup setup{.threads = 1, .branches = 0};
     const uint64_t whole = fingerprint(render_scene(scene, options_of(24), setup));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Node graphs make the picture that the plain material makes which they come down to.
+// Node graphs make the image that the plain material makes which they come down to.
 #include "test_assets.h"
 #include "translate/translate.h"
 #include "usd/stage/stage.h"
@@ -55,10 +55,10 @@ def Material "Mat"
 }}
 )usda";
 
-uint64_t picture_of(const std::string& context,
-                    const std::string& id,
-                    const std::string& inputs,
-                    const std::string& nodes = "") {
+uint64_t image_of(const std::string& context,
+                  const std::string& id,
+                  const std::string& inputs,
+                  const std::string& nodes = "") {
     const scene::Scene scene =
         scene_from_usda(fmt::format(fmt::runtime(stage), context, id, inputs, nodes));
     integrator::RenderOptions options;
@@ -81,12 +81,11 @@ TEST(MaterialX, ThePreviewSurfaceIsUsdsOwn) {
           "float inputs:opacity = 0.3\nfloat inputs:opacityThreshold = 0.5",
           "color3f inputs:emissiveColor = (0.5, 0.2, 0.1)",
           "float3 inputs:normal = (0.2, 0.1, 0.9)"}) {
-        EXPECT_EQ(picture_of("mtlx:", nodes_of_it, inputs), picture_of("", native, inputs))
-            << inputs;
+        EXPECT_EQ(image_of("mtlx:", nodes_of_it, inputs), image_of("", native, inputs)) << inputs;
     }
 }
 
-uint64_t picture_of_file(const std::filesystem::path& file) {
+uint64_t image_of_file(const std::filesystem::path& file) {
     Diagnostics diagnostics;
     const Result<usd::stage::Stage> opened =
         usd::stage::Stage::open(file.string(), {}, diagnostics);
@@ -102,7 +101,7 @@ uint64_t picture_of_file(const std::filesystem::path& file) {
 // Pairs of stages, one with .mtlx files and one without, which OpenUSD holds against each other by
 // eye. Two more of its pairs differ in what they author (clearcoatRoughness 0.01 and 1,
 // diffuseColor 0.2 and 1)
-TEST(MaterialX, OpenUsdsPairsAreTheSamePicture) {
+TEST(MaterialX, OpenUsdsPairsAreTheSameImage) {
     const std::filesystem::path folder =
         test_assets() / "openusd/imaging/testUsdImagingGLMaterialXvsNative";
     if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no test assets";
@@ -110,8 +109,8 @@ TEST(MaterialX, OpenUsdsPairsAreTheSamePicture) {
          {std::pair("Default", "default"), std::pair("Emissive", "emissive"),
           std::pair("Metallic", "metallic"), std::pair("Opacity", "opacity"),
           std::pair("Workflow", "workflow")})
-        EXPECT_EQ(picture_of_file(folder / fmt::format("materialX{}.usda", plain)),
-                  picture_of_file(folder / fmt::format("native{}.usda", nodes)))
+        EXPECT_EQ(image_of_file(folder / fmt::format("materialX{}.usda", plain)),
+                  image_of_file(folder / fmt::format("native{}.usda", nodes)))
             << nodes;
 }
 
@@ -130,10 +129,10 @@ TEST(MaterialX, ReadersOfPrimvarsAreUsdsOwn) {
         string inputs:geomprop = "tint"
         color3f outputs:out
     })usda";
-    EXPECT_EQ(picture_of("mtlx:", nodes_of_it,
-                         "color3f inputs:diffuseColor.connect = </Mat/R.outputs:out>", node),
-              picture_of("", native,
-                         "color3f inputs:diffuseColor.connect = </Mat/R.outputs:result>", reader));
+    EXPECT_EQ(image_of("mtlx:", nodes_of_it,
+                       "color3f inputs:diffuseColor.connect = </Mat/R.outputs:out>", node),
+              image_of("", native, "color3f inputs:diffuseColor.connect = </Mat/R.outputs:result>",
+                       reader));
 }
 
 // The same graph twice: of constants, which translation folds, and of constant primvars, which are
@@ -199,25 +198,25 @@ TEST(MaterialX, FoldingIsEvaluation) {
         "color3f inputs:base_color.connect = </Mat/N.outputs:out>\nfloat "
         "inputs:specular_roughness.connect = </Mat/Amount.outputs:out>";
     const char* id = "ND_standard_surface_surfaceshader";
-    EXPECT_EQ(picture_of("mtlx:", id, inputs, graph("", "")),
-              picture_of("mtlx:", id, inputs, graph("0.4", "(0.7, 0.4, 0.2)")));
+    EXPECT_EQ(image_of("mtlx:", id, inputs, graph("", "")),
+              image_of("mtlx:", id, inputs, graph("0.4", "(0.7, 0.4, 0.2)")));
 }
 
 // Without coat and sheen a dielectric of standard_surface is that of UsdPreviewSurface
 TEST(MaterialX, PlainStandardSurfaceIsAPreviewSurface) {
-    EXPECT_EQ(picture_of("mtlx:", "ND_standard_surface_surfaceshader",
-                         "color3f inputs:base_color = (0.3, 0.5, 0.7)\nfloat "
-                         "inputs:specular_roughness = 0.35\nfloat inputs:specular_IOR = 1.6"),
-              picture_of("", native,
-                         "color3f inputs:diffuseColor = (0.3, 0.5, 0.7)\nfloat inputs:roughness = "
-                         "0.35\nfloat inputs:ior = 1.6"));
+    EXPECT_EQ(image_of("mtlx:", "ND_standard_surface_surfaceshader",
+                       "color3f inputs:base_color = (0.3, 0.5, 0.7)\nfloat "
+                       "inputs:specular_roughness = 0.35\nfloat inputs:specular_IOR = 1.6"),
+              image_of("", native,
+                       "color3f inputs:diffuseColor = (0.3, 0.5, 0.7)\nfloat inputs:roughness = "
+                       "0.35\nfloat inputs:ior = 1.6"));
     EXPECT_EQ(
-        picture_of("mtlx:", "ND_open_pbr_surface_surfaceshader",
-                   "color3f inputs:base_color = (0.3, 0.5, 0.7)\nfloat inputs:specular_roughness = "
-                   "0.35\nfloat inputs:specular_ior = 1.6\nfloat inputs:coat_weight = 0"),
-        picture_of("", native,
-                   "color3f inputs:diffuseColor = (0.3, 0.5, 0.7)\nfloat inputs:roughness = "
-                   "0.35\nfloat inputs:ior = 1.6"));
+        image_of("mtlx:", "ND_open_pbr_surface_surfaceshader",
+                 "color3f inputs:base_color = (0.3, 0.5, 0.7)\nfloat inputs:specular_roughness = "
+                 "0.35\nfloat inputs:specular_ior = 1.6\nfloat inputs:coat_weight = 0"),
+        image_of("", native,
+                 "color3f inputs:diffuseColor = (0.3, 0.5, 0.7)\nfloat inputs:roughness = "
+                 "0.35\nfloat inputs:ior = 1.6"));
 }
 
 // By the height of the points, once as a primvar and once as their position
@@ -324,9 +323,9 @@ TEST(MaterialX, ObjectsTakeTheirNoiseAlong) {
         return beauty(render_scene(scene_from_usda(text), options));
     };
     const auto apart = [](const std::vector<double>& x, const std::vector<double>& y) {
-        double most = 0;
-        for (size_t i = 0; i < x.size(); ++i) most = std::max(most, std::abs(x[i] - y[i]));
-        return most;
+        double max = 0;
+        for (size_t i = 0; i < x.size(); ++i) max = std::max(max, std::abs(x[i] - y[i]));
+        return max;
     };
     EXPECT_LT(apart(moved_by_two("object"), a), 1e-4);
     EXPECT_GT(apart(moved_by_two("world"), b), 1e-2);

@@ -4,7 +4,7 @@
 // shines, and what paths of at most k scatterings bring beyond those of at most k − 1. Beauties
 // know no labels.
 #include "hard_case.h"
-#include "picture_sums.h"
+#include "image_sums.h"
 #include "usd_render.h"
 
 #include <fmt/format.h>
@@ -41,10 +41,10 @@ film::Film render(const scene::Scene& scene,
         RenderSetup{.light_selection = selection, .sampler = sampling::SamplerKind::SobolHalves});
 }
 
-PictureLight beauty_of(const scene::Scene& scene,
-                       uint64_t samples,
-                       uint64_t seed,
-                       int max_depth = 0) {
+ImageLight beauty_of(const scene::Scene& scene,
+                     uint64_t samples,
+                     uint64_t seed,
+                     int max_depth = 0) {
     return light_of(render(scene, samples, seed, max_depth), accumulate::AccumulatorTable::beauty);
 }
 
@@ -82,7 +82,7 @@ scene::Scene without_scattering(scene::Scene scene) {
 
 struct Cells {
     std::vector<std::string> names;  ///< [column · groups + group]
-    std::vector<PictureLight> light;
+    std::vector<ImageLight> light;
     size_t groups = 0;
 };
 
@@ -109,11 +109,11 @@ Cells by_brute_force(const scene::Scene& scene, uint64_t samples) {
     for (size_t g = 0; g < cells.groups; ++g) {
         const scene::Scene lit = only(scene, scene::GroupId(g));
         const uint64_t seed = 100 + g;
-        const PictureLight seen = beauty_of(without_scattering(lit), samples, seed + 1000);
+        const ImageLight seen = beauty_of(without_scattering(lit), samples, seed + 1000);
         cells.light[g] = seen;
         // One scattering at most, less what is seen directly: the same renders of other samples
         // would add noise
-        std::vector<PictureLight> up_to{seen};
+        std::vector<ImageLight> up_to{seen};
         for (int depth = 1; depth <= last_bounce; ++depth)
             up_to.push_back(beauty_of(lit, samples, seed, depth));
         up_to.push_back(beauty_of(lit, samples, seed));
@@ -124,7 +124,7 @@ Cells by_brute_force(const scene::Scene& scene, uint64_t samples) {
 }
 
 /// 25 cells or so at 3 standard errors: 0.07 exceed it in the mean, two do with probability 0.002.
-constexpr int most_beyond_three = 1;
+constexpr int max_beyond_three = 1;
 /// χ² of 4 over 4: 3.9 is exceeded with probability 0.0037 by noise that is normal; that of cells
 /// with rare bright paths is not quite.
 constexpr double largest_mean_square = 5.0;
@@ -132,9 +132,9 @@ constexpr double largest_mean_square = 5.0;
 void expect_cells_by_brute_force(const scene::Scene& scene, const char* what, uint64_t samples) {
     const Cells matrix = matrix_of(scene, samples), brute = by_brute_force(scene, samples);
     int beyond = 0, lit = 0, told_apart = 0, pairs = 0;
-    double worst = 0, worst_square = 0, least = 1e30, most = 0;
+    double worst = 0, worst_square = 0, min = 1e30, max = 0;
     for (size_t i = 0; i < matrix.light.size(); ++i) {
-        const PictureLight difference = matrix.light[i] - brute.light[i];
+        const ImageLight difference = matrix.light[i] - brute.light[i];
         const PixelSum sum = whole(difference), cell = whole(brute.light[i]);
         const double z = distance(difference), square = mean_square_of_quarters(difference);
         EXPECT_LT(z, 4.0) << matrix.names[i] << ": " << cell.value << " by brute force, "
@@ -146,9 +146,9 @@ void expect_cells_by_brute_force(const scene::Scene& scene, const char* what, ui
         if (cell.value == 0) continue;
         ++lit;
         const double detectable = (3.0 + 1.2816) * std::sqrt(sum.variance) / cell.value;
-        least = std::min(least, detectable);
-        most = hardcase::larger(most, detectable);
-        // In a neighbour's place it would be noticed
+        min = std::min(min, detectable);
+        max = hardcase::larger(max, detectable);
+        // In a neighbor's place it would be noticed
         const size_t right = i % matrix.groups + 1 < matrix.groups ? i + 1 : i - 1;
         for (const size_t wrong : {right, i + matrix.groups}) {
             if (wrong >= matrix.light.size()) continue;
@@ -156,17 +156,17 @@ void expect_cells_by_brute_force(const scene::Scene& scene, const char* what, ui
             told_apart += distance(matrix.light[i] - brute.light[wrong]) > 3.0;
         }
     }
-    EXPECT_LE(beyond, most_beyond_three);
+    EXPECT_LE(beyond, max_beyond_three);
     hardcase::expect_in_hard_case(
         {std::string(what) + ": worst deviate of a cell", worst, 4, 0,
          "renders of that light and that depth alone",
-         fmt::format("{:.1f} to {:.0f} % of a cell", 100 * least, 100 * most)});
+         fmt::format("{:.1f} to {:.0f} % of a cell", 100 * min, 100 * max)});
     EXPECT_GE(told_apart, pairs * 4 / 5);
     std::printf(
         "%s: %d cells with light, worst |z| %.2f, worst mean square %.2f; 90 %% power from %.2f to "
         "%.2f %% of a cell; %d of %d "
-        "neighbours told apart\n",
-        what, lit, worst, worst_square, 100 * least, 100 * most, told_apart, pairs);
+        "neighbors distinguished\n",
+        what, lit, worst, worst_square, 100 * min, 100 * max, told_apart, pairs);
 }
 
 /// Two of the lights share a row.
@@ -275,7 +275,7 @@ TEST(Gains, CommuteInTheMeanWhereLightsAreChosenByPower) {
     const Cells one = matrix_of(scene, 128, by_power), other = matrix_of(changed, 128, by_power);
     double worst = 0;
     for (size_t i = 0; i < one.light.size(); ++i) {
-        PictureLight expected = one.light[i];
+        ImageLight expected = one.light[i];
         if (i % one.groups == scene.lights[0].group) {
             expected = expected.plus(expected, 3.0);
         }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures of one motion that is authored in different ways.
+// Images of one motion that is authored in different ways.
 #include "hard_case.h"
 #include "usd_render.h"
 
@@ -68,11 +68,11 @@ def Mesh "Sail"
 const std::string swarm_at_0 = "[(-1, 0.5, 0.5), (0, 1, 0.25), (1, 1.5, 0)]";
 const std::string sail_at_0 = "[(-2, 0, -1), (2, 0, -1), (0, 3, -1)]";
 
-uint64_t picture(const scene::Scene& scene) {
+uint64_t image(const scene::Scene& scene) {
     return fingerprint(render_scene(scene, few_samples));
 }
 
-TEST(MotionIdentities, VelocitiesAndSamplesGiveOnePicture) {
+TEST(MotionIdentities, VelocitiesAndSamplesGiveOneImage) {
     const scene::Scene by_velocities =
         sailing(0.5,
                 "point3f[] positions.timeSamples = { 0: " + swarm_at_0 +
@@ -87,10 +87,10 @@ TEST(MotionIdentities, VelocitiesAndSamplesGiveOnePicture) {
                     ", 1: [(0, 0.5, 0.5), (0, 1.5, 0.5), (1, 1.5, 0)] }",
                 "point3f[] points.timeSamples = { 0: " + sail_at_0 +
                     ", 1: [(-2, 0, -1), (2, 0.5, -1), (-1, 3, -1)] }");
-    const uint64_t moving = picture(by_velocities);
-    EXPECT_EQ(moving, picture(by_samples));
-    EXPECT_NE(moving, picture(sailing(0, "point3f[] positions = " + swarm_at_0,
-                                      "point3f[] points = " + sail_at_0)));
+    const uint64_t moving = image(by_velocities);
+    EXPECT_EQ(moving, image(by_samples));
+    EXPECT_NE(moving, image(sailing(0, "point3f[] positions = " + swarm_at_0,
+                                    "point3f[] points = " + sail_at_0)));
 }
 
 /// A ball, which is met as what it is, moves as an instance of it does.
@@ -110,7 +110,7 @@ TEST(MotionIdentities, AShapeMovesAsItsInstance) {
             "}\n}\ndef \"I\" (\ninstanceable = true\nprepend references = </Model>\n)\n{\n" +
             moves);
     ASSERT_EQ(itself.instances.size(), instance.instances.size());
-    EXPECT_EQ(picture(itself), picture(instance));
+    EXPECT_EQ(image(itself), image(instance));
 }
 
 /// Balls are those of an instancer that places one of width 1.
@@ -134,12 +134,12 @@ TEST(MotionIdentities, BallsMoveAsInstancesDo) {
                     samples + velocities + "def Points \"One\"\n{\n" + color +
                     "point3f[] points = [(0, 0, 0)]\nfloat[] widths = [1]\n}\n");
     ASSERT_EQ(balls.instances.size(), instances.instances.size());
-    EXPECT_EQ(picture(balls), picture(instances));
+    EXPECT_EQ(image(balls), image(instances));
 }
 
 TEST(H47Motion, WhatDoesNotMoveIsStillBitForBit) {
-    const uint64_t still = picture(
-        sailing(0, "point3f[] positions = " + swarm_at_0, "point3f[] points = " + sail_at_0));
+    const uint64_t still =
+        image(sailing(0, "point3f[] positions = " + swarm_at_0, "point3f[] points = " + sail_at_0));
     const std::string moving_swarm =
         "point3f[] positions.timeSamples = { 0: " + swarm_at_0 +
         " }\n    vector3f[] velocities.timeSamples = { 0: [(32, 0, 0), (0, 16, 8), (0, 0, 0)] }";
@@ -148,16 +148,16 @@ TEST(H47Motion, WhatDoesNotMoveIsStillBitForBit) {
         " }\n    vector3f[] velocities.timeSamples = { 0: [(0, 0, 0), (0, 16, 0), (-32, 0, 0)] }";
     // The shutter is closed, the blur scaled away, the velocities are zero
     hardcase::expect_within({"pictures that velocities change while the shutter is closed",
-                             picture(sailing(0, moving_swarm, moving_sail)) == still ? 0.0 : 1.0, 0,
+                             image(sailing(0, moving_swarm, moving_sail)) == still ? 0.0 : 1.0, 0,
                              0, "the static picture, by hash"});
-    EXPECT_EQ(picture(sailing(0.5, "float motion:blurScale = 0\n    " + moving_swarm,
-                              "float motion:blurScale = 0\n    " + moving_sail)),
+    EXPECT_EQ(image(sailing(0.5, "float motion:blurScale = 0\n    " + moving_swarm,
+                            "float motion:blurScale = 0\n    " + moving_sail)),
               still);
-    EXPECT_EQ(picture(sailing(0.5, "float motion:velocityScale = 0\n    " + moving_swarm,
-                              "float motion:velocityScale = 0\n    " + moving_sail)),
+    EXPECT_EQ(image(sailing(0.5, "float motion:velocityScale = 0\n    " + moving_swarm,
+                            "float motion:velocityScale = 0\n    " + moving_sail)),
               still);
-    EXPECT_EQ(picture(sailing(0.5, "point3f[] positions = " + swarm_at_0,
-                              "point3f[] points = " + sail_at_0)),
+    EXPECT_EQ(image(sailing(0.5, "point3f[] positions = " + swarm_at_0,
+                            "point3f[] points = " + sail_at_0)),
               still);
 }
 

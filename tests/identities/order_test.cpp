@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One picture, in whatever order a file has the prims: exporters, and runs of the same one, differ
+// One image, in whatever order a file has the prims: exporters, and runs of the same one, differ
 // in it.
 #include "base/hash.h"
 #include "hard_case.h"
@@ -80,7 +80,7 @@ RenderSetup setup_of(int order) {
     return {.threads = 1 + order % 3, .bvh_quality = qualities[order / 3 % 3]};
 }
 
-/// Of the picture and of what its layers say is seen where.
+/// Of the image and of what its layers say is seen where.
 uint64_t fingerprint_with_ids(const film::Film& film) {
     uint64_t h = fingerprint(film);
     const film::Window& w = film.window();
@@ -93,15 +93,15 @@ uint64_t fingerprint_with_ids(const film::Film& film) {
     return h;
 }
 
-/// How many of the orders give another picture than the first.
+/// How many of the orders give another image than the first.
 int count_different(int orders, const std::vector<std::string>& prims) {
-    const auto picture = [&](int order) {
+    const auto image = [&](int order) {
         return fingerprint_with_ids(render_scene(scene_from_usda(in_order(order, prims), 24, 18),
                                                  options_of(order), setup_of(order)));
     };
-    const uint64_t expected = picture(0);
+    const uint64_t expected = image(0);
     int different = 0;
-    for (int order = 1; order < orders; ++order) different += picture(order) != expected;
+    for (int order = 1; order < orders; ++order) different += image(order) != expected;
     return different;
 }
 
@@ -121,7 +121,7 @@ TEST(H53LoadOrder, OfInstancesLeavesEveryBitAlone) {
 }
 
 TEST(H12LoadOrder, CoplanarPrimsAreWonByTheSameOne) {
-    // Squares in one plane, each over several others, each of its own colour
+    // Squares in one plane, each over several others, each of its own color
     std::vector<std::string> prims = {R"(
     def Camera "Cam"
     {

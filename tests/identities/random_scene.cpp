@@ -64,10 +64,10 @@ class StageWriter {
     /// In [0, 1]; the ends as often as what is between.
     double share() { return chance(0.5) ? unit() : one_of_numbers({0, 1, 1e-4, 0.999}); }
 
-    std::string color(double most = 1.0) {
-        const double grey = share() * most;
-        if (chance(0.3)) return fmt::format("({0}, {0}, {0})", grey);
-        return fmt::format("({}, {}, {})", share() * most, share() * most, share() * most);
+    std::string color(double max = 1.0) {
+        const double gray = share() * max;
+        if (chance(0.3)) return fmt::format("({0}, {0}, {0})", gray);
+        return fmt::format("({}, {}, {})", share() * max, share() * max, share() * max);
     }
 
     std::string vector(double low, double high) {

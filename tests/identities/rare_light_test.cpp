@@ -55,7 +55,7 @@ class Mean {
     double sum_ = 0, square_ = 0, count_ = 0;
 };
 
-/// A picture some of whose pixels meet the lamp, which has a mean of 1 there.
+/// An image some of whose pixels meet the lamp, which has a mean of 1 there.
 struct RareLamp {
     const char* name;
     int side;
@@ -103,7 +103,7 @@ uint64_t naive_count(const RareLamp& lamp, uint64_t seed, int x, int y, uint64_t
 void expect_no_bias(const RareLamp& lamp, uint64_t samples, int seeds) {
     const double truth = 1 + lamp.other;
     Mean placed, fixed, naive;
-    uint64_t least = ~uint64_t(0), most = 0;
+    uint64_t min = ~uint64_t(0), max = 0;
     for (uint64_t seed = 0; seed < uint64_t(seeds); ++seed) {
         const SampleRates rates = rates_of(lamp, seed);
         Mean by_placed, by_fixed, by_naive;
@@ -111,8 +111,8 @@ void expect_no_bias(const RareLamp& lamp, uint64_t samples, int seeds) {
             for (int x = 0; x < lamp.side; ++x) {
                 if (!lamp.sees(x, y)) continue;
                 const uint64_t count = rates.count(x, y, samples);
-                least = std::min(least, count);
-                most = std::max(most, count);
+                min = std::min(min, count);
+                max = std::max(max, count);
                 by_placed.add(lamp.mean(seed, x, y, count));
                 by_fixed.add(lamp.mean(seed, x, y, samples));
                 by_naive.add(lamp.mean(seed, x, y, naive_count(lamp, seed, x, y, samples)));
@@ -125,9 +125,8 @@ void expect_no_bias(const RareLamp& lamp, uint64_t samples, int seeds) {
     fmt::print(
         "{}: {} to {} samples; off by {:+.3f} % (detectable {:.3f} %), fixed {:+.3f} %, by own "
         "noise {:+.1f} %\n",
-        lamp.name, least, most, 100 * (placed.value() / truth - 1),
-        100 * placed.detectable() / truth, 100 * (fixed.value() / truth - 1),
-        100 * (naive.value() / truth - 1));
+        lamp.name, min, max, 100 * (placed.value() / truth - 1), 100 * placed.detectable() / truth,
+        100 * (fixed.value() / truth - 1), 100 * (naive.value() / truth - 1));
     hardcase::expect_within(
         {fmt::format("a lamp of probability {}, {}: mean of placed samples, relative", lamp.p,
                      lamp.name),
@@ -152,11 +151,11 @@ double one(int, int, double) {
 
 TEST(H46RareLamps, ALampEverywhere) {
     expect_no_bias({"alone", 48, [](int, int) { return true; }, none, 0}, 64, 240);
-    expect_no_bias({"on grey", 48, [](int, int) { return true; }, one, 1}, 64, 60);
+    expect_no_bias({"on gray", 48, [](int, int) { return true; }, one, 1}, 64, 60);
 }
 
-// Hardly any neighbourhood meets the lamp in its pilot
-TEST(H46RareLamps, ALampThatWholeNeighbourhoodsMiss) {
+// Hardly any neighborhood meets the lamp in its pilot
+TEST(H46RareLamps, ALampThatWholeNeighborhoodsMiss) {
     expect_no_bias({"missed", 64, [](int, int) { return true; }, one, 1, 0.001}, 64, 600);
 }
 
@@ -168,13 +167,13 @@ TEST(H46RareLamps, ALampBesideOtherNoise) {
         64, 120);
 }
 
-// No neighbour that reacts to a pixel's samples meets the lamp, and the other way round
+// No neighbor that reacts to a pixel's samples meets the lamp, and the other way round
 TEST(H46RareLamps, PixelsThatAreAlone) {
     expect_no_bias({"isolated", 40, [](int x, int y) { return x % 5 == 2 && y % 5 == 2; }, one, 1},
                    256, 1400);
 }
 
-TEST(H46RareLamps, TheBorderOfThePicture) {
+TEST(H46RareLamps, TheBorderOfTheImage) {
     const auto border = [](int x, int y) { return x == 0 || y == 0 || x == 39 || y == 39; };
     expect_no_bias({"border", 40, border, one, 1}, 128, 500);
 }
@@ -189,7 +188,7 @@ TEST(H46RareLamps, ALoneBrightRegion) {
 
 // If one unit held for all rates, reckoned from all pixels, those that met the lamp would get fewer
 // samples by it: 1 % too bright with 8×8 pixels, 8 % with 4×4
-TEST(H46RareLamps, ASmallPicture) {
+TEST(H46RareLamps, ASmallImage) {
     expect_no_bias({"4 x 4", 4, [](int, int) { return true; }, one, 1}, 64, 6000);
     expect_no_bias({"8 x 8", 8, [](int, int) { return true; }, one, 1}, 64, 4000);
     expect_no_bias({"16 x 16", 16, [](int, int) { return true; }, one, 1}, 64, 1000);
@@ -235,10 +234,10 @@ def DomeLight "Sky"
 }
 )usda";
 
-/// Mean of the picture, and how unlike the counts of its pixels are.
+/// Mean of the image, and how unlike the counts of its pixels are.
 struct Rendered {
     double mean = 0;
-    uint64_t least = 0, most = 0;
+    uint64_t min = 0, max = 0;
 };
 
 Rendered render_by_bsdf(const integrator::World& world,
@@ -292,10 +291,9 @@ TEST(H46RareLamps, ALampThatPathsMeetByChance) {
     }
     fmt::print(
         "{} to {} samples; off by {:+.3f} % (detectable {:.3f} %), fixed {:+.3f} % ({:.3f} %)\n",
-        last.least, last.most, 100 * (placed.value() / truth - 1),
-        100 * placed.detectable() / truth, 100 * (fixed.value() / truth - 1),
-        100 * fixed.detectable() / truth);
-    EXPECT_GT(last.most, 2 * last.least);
+        last.min, last.max, 100 * (placed.value() / truth - 1), 100 * placed.detectable() / truth,
+        100 * (fixed.value() / truth - 1), 100 * fixed.detectable() / truth);
+    EXPECT_GT(last.max, 2 * last.min);
     hardcase::expect_within({"a lamp that paths meet by chance: mean of placed samples, relative",
                              std::abs(placed.value() / truth - 1), bound,
                              placed.detectable() / truth, "closed form"});

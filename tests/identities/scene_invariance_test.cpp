@@ -53,7 +53,7 @@ TEST(H05FarFromTheOrigin, ShiftOnAGridIsBitIdentical) {
                              "the picture at the origin, bit for bit"});
 }
 
-TEST(H05FarFromTheOrigin, AnyShiftLeavesThePictureAlone) {
+TEST(H05FarFromTheOrigin, AnyShiftLeavesTheImageAlone) {
     // Turned, so that no coordinate lies on a grid: positions move by about 2^-26 of a unit, which
     // turns few paths at edges
     const auto turned = [](const std::string& shift) {
@@ -296,7 +296,7 @@ namespace {
 
 constexpr int mirror_width = 32, mirror_height = 24, mirror_block = 8;
 
-/// Sums of the blocks of a picture, per seed.
+/// Sums of the blocks of an image, per seed.
 std::vector<std::vector<double>> blocks_by_seed(const scene::Scene& scene,
                                                 uint64_t first_seed,
                                                 int seeds) {
@@ -305,15 +305,14 @@ std::vector<std::vector<double>> blocks_by_seed(const scene::Scene& scene,
         integrator::RenderOptions options;
         options.seed = first_seed + uint64_t(i);
         options.end_sample = hardcase::sized(20, 256, 1024);
-        const std::vector<double> picture = beauty(render_scene(scene, options));
+        const std::vector<double> image = beauty(render_scene(scene, options));
         std::vector<double> sums(size_t(mirror_width / mirror_block) *
                                  size_t(mirror_height / mirror_block));
         for (int y = 0; y < mirror_height; ++y) {
             for (int x = 0; x < mirror_width; ++x) {
                 for (int c = 0; c < 3; ++c)
                     sums[size_t(y / mirror_block * (mirror_width / mirror_block) +
-                                x / mirror_block)] +=
-                        picture[size_t((y * mirror_width + x) * 3 + c)];
+                                x / mirror_block)] += image[size_t((y * mirror_width + x) * 3 + c)];
             }
         }
         out.push_back(std::move(sums));
@@ -321,20 +320,20 @@ std::vector<std::vector<double>> blocks_by_seed(const scene::Scene& scene,
     return out;
 }
 
-/// Blocks of the flipped pictures.
-std::vector<std::vector<double>> flipped(std::vector<std::vector<double>> pictures) {
+/// Blocks of the flipped images.
+std::vector<std::vector<double>> flipped(std::vector<std::vector<double>> images) {
     constexpr int columns = mirror_width / mirror_block;
-    for (std::vector<double>& blocks : pictures) {
+    for (std::vector<double>& blocks : images) {
         for (auto row = blocks.begin(); row != blocks.end(); row += columns)
             std::reverse(row, row + columns);
     }
-    return pictures;
+    return images;
 }
 
 }  // namespace
 
-// The camera stays as it is, in the plane of the mirror: the picture is the flipped one
-TEST(H08Mirrored, RoomIsTheFlippedPicture) {
+// The camera stays as it is, in the plane of the mirror: the image is the flipped one
+TEST(H08Mirrored, RoomIsTheFlippedImage) {
     const std::string mirror = R"(
     double3 xformOp:scale = (-1, 1, 1)
     uniform token[] xformOpOrder = ["xformOp:scale"]
@@ -436,19 +435,19 @@ TEST(H08Mirrored, NormalMapsOfMirroredPrimsLeanAsThoseOfMirroredPoints) {
     const std::string flipped = "[(1.5, -1, 0), (-1, -1, 0.3), (-1, 1, 0), (1.5, 1.2, -0.2)]";
     const std::string mirror =
         "double3 xformOp:scale = (-1, 1, 1)\nuniform token[] xformOpOrder = [\"xformOp:scale\"]";
-    const auto picture = [](const std::string& prims) {
+    const auto image = [](const std::string& prims) {
         return beauty(render_scene(leaning_sheet(prims), few_samples()));
     };
     const std::vector<double> expected =
-        picture(sheet(flipped, "uniform token orientation = \"leftHanded\""));
+        image(sheet(flipped, "uniform token orientation = \"leftHanded\""));
     const std::string instance =
         "class Xform \"Proto\"\n{" + sheet(points, "") +
         "}\ndef Xform \"I\" (inherits = </Proto>\ninstanceable = true)\n{\n" + mirror + "\n}\n";
-    const double off[] = {relative_mse(picture(sheet(points, mirror)), expected),
-                          relative_mse(picture(instance), expected)};
+    const double off[] = {relative_mse(image(sheet(points, mirror)), expected),
+                          relative_mse(image(instance), expected)};
     hardcase::expect_within({"relMSE of a normal map on a mirrored prim and on a mirrored instance",
                              hardcase::larger(off[0], off[1]), 1e-9, 0, "mirrored points"});
-    EXPECT_GT(relative_mse(picture(sheet(points, "")), expected), 1e-2)
+    EXPECT_GT(relative_mse(image(sheet(points, "")), expected), 1e-2)
         << "left and right look the same";
 }
 
@@ -475,23 +474,23 @@ std::string scaled_cube(const std::string& scale) {
 }  // namespace
 
 TEST(H09SingularMatrices, PrimsWithoutRoomChangeNoBitOfTheOthers) {
-    const auto picture = [](const std::string& text) {
+    const auto image = [](const std::string& text) {
         return beauty(render_scene(scene_from_usda(text, 48, 36), few_samples()));
     };
-    const std::vector<double> without = picture(room_usda());
+    const std::vector<double> without = image(room_usda());
     for (const char* scale : {"(0, 0, 0)", "(nan, 1, 1)", "(1, inf, 1)", "(0, 1, 0)"})
         hardcase::expect_within(
             {fmt::format("numbers of the picture that a cube of scale {} changes", scale),
-             count_different(picture(with_prim(scaled_cube(scale))), without), 0, 0,
+             count_different(image(with_prim(scaled_cube(scale))), without), 0, 0,
              "the room without it, bit for bit"});
-    EXPECT_GT(count_different(picture(with_prim(scaled_cube("(1, 1, 1)"))), without), 100.0);
+    EXPECT_GT(count_different(image(with_prim(scaled_cube("(1, 1, 1)"))), without), 100.0);
 }
 
 TEST(H09SingularMatrices, FlatCubeIsASheet) {
-    const auto picture = [](const std::string& text) {
+    const auto image = [](const std::string& text) {
         return beauty(render_scene(scene_from_usda(text, 48, 36), few_samples()));
     };
-    const std::vector<double> sheet = picture(with_prim(R"usda(
+    const std::vector<double> sheet = image(with_prim(R"usda(
     def Mesh "Odd"
     {
         int[] faceVertexCounts = [4]
@@ -500,11 +499,11 @@ TEST(H09SingularMatrices, FlatCubeIsASheet) {
         uniform token subdivisionScheme = "none"
     }
 )usda"));
-    const std::vector<double> cube = picture(with_prim(scaled_cube("(1, 0, 1)")));
+    const std::vector<double> cube = image(with_prim(scaled_cube("(1, 0, 1)")));
     for (const double v : cube) ASSERT_TRUE(std::isfinite(v));
     hardcase::expect_within({"relMSE of a cube of height 0", relative_mse(cube, sheet), 1e-6, 0,
                              "a square mesh in its place"});
-    EXPECT_GT(relative_mse(cube, picture(room_usda())), 1e-3) << "it is in the picture";
+    EXPECT_GT(relative_mse(cube, image(room_usda())), 1e-3) << "it is in the picture";
 }
 
 }  // namespace velatura::test

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One picture, however it was made: mode, threads, tile size and order of passes leave every bit
+// One image, however it was made: mode, threads, tile size and order of passes leave every bit
 // alone.
 #include "integrator/schedule.h"
 

@@ -415,16 +415,16 @@ def Material "Metal" {
         "float inputs:intensity = 100000",
         light("DistantLight", "float inputs:exposure = 1") + plane);
     // Textures are read by a plugin (tests/lights, tests/plugin): here the scene is compared
-    const std::string picture = "asset inputs:texture:file = @picture.exr@\n";
+    const std::string image = "asset inputs:texture:file = @picture.exr@\n";
     const auto has_file = [](const scene::Light& l) { return l.texture_file.empty() ? 0.0 : 1.0; };
-    read("RectLight", "inputs:texture:file", rect("$"), picture, 1, has_file, false);
+    read("RectLight", "inputs:texture:file", rect("$"), image, 1, has_file, false);
     const auto dome = [](const std::string& type, const std::string& body) {
         return no_dome + "def " + type + " \"L\" {\n" + body + "\n}\ndef Sphere \"S\" {}\n";
     };
     for (const char* type : {"DomeLight", "DomeLight_1"}) {
-        read(type, "inputs:texture:file", dome(type, "$"), picture, 1, has_file, false);
+        read(type, "inputs:texture:file", dome(type, "$"), image, 1, has_file, false);
         read(
-            type, "inputs:texture:format", dome(type, picture + "$"),
+            type, "inputs:texture:format", dome(type, image + "$"),
             "token inputs:texture:format = \"angular\"", double(scene::DomeFormat::Angular),
             [](const scene::Light& l) { return double(l.dome_format); }, false);
     }

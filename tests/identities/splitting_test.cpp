@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A picture whose paths divide is the same picture with other noise, layer by layer, and one
-// picture however it is made.
+// An image whose paths divide is the same image with other noise, layer by layer, and one
+// image however it is made.
 #include "base/tasks.h"
-#include "integrator/branch_trial.h"
+#include "integrator/splitting_trial.h"
 #include "integrator/world.h"
 #include "usd_render.h"
 
@@ -58,14 +58,14 @@ def SphereLight "Lamp" {
 )usda" + (is_room ? room : "");
 }
 
-integrator::BranchTrial trial_of(const scene::Scene& scene,
-                                 int threads = 0,
-                                 std::optional<film::Window> window = {}) {
+integrator::SplittingTrial trial_of(const scene::Scene& scene,
+                                    int threads = 0,
+                                    std::optional<film::Window> window = {}) {
     const ThreadLimit limit(threads);
     Diagnostics diagnostics;
     const integrator::World world(
         scene, {.width = scene.settings.width, .height = scene.settings.height}, {}, diagnostics);
-    return integrator::try_branches(
+    return integrator::try_splitting(
         world, {.seed = 1},
         window.value_or(film::Window{0, 0, scene.settings.width, scene.settings.height}));
 }
@@ -160,12 +160,12 @@ TEST(Splitting, TilesThreadsPartsAndCropsGiveTheSameBits) {
 // The trial of a part is that of the whole there, and costs as much as the part.
 TEST(Splitting, IsTriedNearWhatIsRenderedAlone) {
     const scene::Scene scene = scene_from_usda(room_usda(), 150, 110);
-    const integrator::BranchTrial whole = trial_of(scene);
+    const integrator::SplittingTrial whole = trial_of(scene);
     EXPECT_GT(whole.map.mean(), 1.1);
     for (const film::Window& window :
          {film::Window{70, 50, 75, 85}, film::Window{0, 0, 1, 1}, film::Window{149, 109, 150, 110},
           film::Window{-30, 100, 9, 200}}) {
-        const integrator::BranchTrial part = trial_of(scene, 0, window);
+        const integrator::SplittingTrial part = trial_of(scene, 0, window);
         EXPECT_LT(part.rays.paths, whole.rays.paths / 3);
         double sum = 0;
         for (int y = window.y0; y < window.y1; ++y) {
@@ -178,15 +178,15 @@ TEST(Splitting, IsTriedNearWhatIsRenderedAlone) {
     }
 }
 
-// Overscan: pixels beside the picture divide like the nearest ones in it.
-TEST(Splitting, GoesOnBesideThePicture) {
-    const integrator::BranchMap map(2, {1, 2, 4, 2, 4, 1});
+// Overscan: pixels beside the image divide like the nearest ones in it.
+TEST(Splitting, GoesOnBesideTheImage) {
+    const integrator::SplittingMap map(2, {1, 2, 4, 2, 4, 1});
     for (int y = -40; y < 80; ++y) {
         for (int x = -40; x < 80; ++x)
             ASSERT_EQ(map.at(x, y), map.at(std::clamp(x, 0, 31), std::clamp(y, 0, 47)))
                 << x << " " << y;
     }
-    EXPECT_EQ(integrator::BranchMap(2).at(-100, 1000), 2u);
+    EXPECT_EQ(integrator::SplittingMap(2).at(-100, 1000), 2u);
     const scene::Scene scene = scene_from_usda(room_usda(), 20, 16);
     const film::Film film = render_scene(scene, options_of(2),
                                          {.window = film::Window{-70, -60, 90, 70}, .branches = 0});
@@ -194,8 +194,8 @@ TEST(Splitting, GoesOnBesideThePicture) {
 }
 
 TEST(Splitting, IsChosenWhereIndirectLightMakesTheNoise) {
-    const integrator::BranchTrial alone = trial_of(scene_from_usda(wall_usda(false), 64, 48)),
-                                  room = trial_of(scene_from_usda(wall_usda(true), 64, 48));
+    const integrator::SplittingTrial alone = trial_of(scene_from_usda(wall_usda(false), 64, 48)),
+                                     room = trial_of(scene_from_usda(wall_usda(true), 64, 48));
     std::printf("mean branches: wall %.2f, room %.2f\n", alone.map.mean(), room.map.mean());
     EXPECT_LT(alone.map.mean(), 1.5);
     EXPECT_GT(room.map.mean(), 1.9);
@@ -216,13 +216,13 @@ TEST(Splitting, LowersTheErrorForItsTime) {
         constexpr int runs = 16;
         std::vector<double> sum, squares;
         for (int run = 0; run < runs; ++run) {
-            const std::vector<double> picture =
+            const std::vector<double> image =
                 beauty(render_scene(scene, options_of(16, uint64_t(run)), {.branches = branches}));
-            sum.resize(picture.size());
-            squares.resize(picture.size());
-            for (size_t i = 0; i < picture.size(); ++i) {
-                sum[i] += picture[i] / runs;
-                squares[i] += picture[i] * picture[i] / runs;
+            sum.resize(image.size());
+            squares.resize(image.size());
+            for (size_t i = 0; i < image.size(); ++i) {
+                sum[i] += image[i] / runs;
+                squares[i] += image[i] * image[i] / runs;
             }
         }
         double total = 0;

@@ -26,12 +26,12 @@ scene::Scene scene_from_usda(const std::string& text,
                              int height = 24,
                              bool finds_casters = false);
 
-/// What a render may differ in without another picture, whether it is guided, how its paths divide
+/// What a render may differ in without another image, whether it is guided, how its paths divide
 /// and how caustics are found.
 struct RenderSetup {
     int threads = 0;
     integrator::Guiding guiding = integrator::Guiding::Off;
-    std::optional<film::Window> window = {};  ///< the whole picture if not given
+    std::optional<film::Window> window = {};  ///< the whole image if not given
     std::vector<uint64_t> sample_splits =
         {};  ///< rendered in parts that begin here, each on its own
     integrator::Caustics caustics = integrator::Caustics::Path;
@@ -39,7 +39,7 @@ struct RenderSetup {
     uint32_t branches = 1;
     accel::BvhQuality bvh_quality = accel::BvhQuality::Balanced;
     scene::EffectSet forced = {};             ///< effects that run without being called for
-    integrator::RayCounts* counts = nullptr;  ///< receives what was traced for the picture
+    integrator::RayCounts* counts = nullptr;  ///< receives what was traced for the image
     lights::SelectionKind light_selection = lights::SelectionKind::Tree;
     sampling::SamplerKind sampler = sampling::SamplerKind::Sobol;
 };

@@ -52,7 +52,7 @@ TEST_F(ReadRgbImage, TakesFloatFilesAsLinear) {
     EXPECT_EQ(faults, 1u);
 }
 
-// The first picture opens the library, whichever thread comes with it
+// The first image opens the library, whichever thread comes with it
 TEST_F(ReadRgbImage, MayBeginInManyThreadsAtOnce) {
     Image image;
     image.data = image.display = {0, 0, 3, 2};

@@ -123,7 +123,7 @@ void add_shape(const scene::Scene& scene,
     out.push_back(std::move(placed));
 }
 
-/// Every mesh of the scene, instances too, in the order of their centres.
+/// Every mesh of the scene, instances too, in the order of their centers.
 std::vector<Placed> placed_meshes(const scene::Scene& scene) {
     std::vector<Placed> out;
     for (const scene::Shape& shape : scene.shapes) add_shape(scene, shape, Mat4(), out);
@@ -386,7 +386,7 @@ TEST_F(Import, ObjKeepsPolygonsMaterialsAndNames) {
     EXPECT_EQ(count("import-texture"), 1u);
 }
 
-TEST_F(Import, PlyShowsItsVertexColours) {
+TEST_F(Import, PlyShowsItsVertexColors) {
     const auto summary = run(files / "points.ply");
     ASSERT_TRUE(summary) << summary.error().message;
     const scene::Scene scene = translate(output());

@@ -183,7 +183,7 @@ TEST(BadExr, HeaderStringsOfDeepJsonAreRefused) {
     }
 }
 
-/// A manifest costs names, not the picture: its reader does not parse what is nested deeply.
+/// A manifest costs names, not the image: its reader does not parse what is nested deeply.
 TEST(BadExr, ManifestsOfDeepJsonAreToldWithoutTheirNames) {
     const std::string path = temporary("deep_manifest.exr");
     const std::string deep = std::string(200000, '[') + std::string(200000, ']');

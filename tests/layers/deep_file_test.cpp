@@ -49,7 +49,7 @@ TEST(DeepFile, KeepsSamplesAndAttributesOfEveryKind) {
     EXPECT_TRUE(back->attributes == image.attributes);
 }
 
-TEST(DeepFile, FlatPicturesAreRefused) {
+TEST(DeepFile, FlatImagesAreRefused) {
     Image flat;
     flat.data = flat.display = {0, 0, 2, 1};
     flat.parts.push_back({"", {Channel::make("R", ChannelType::Float, 2)}, {}});

@@ -46,7 +46,7 @@ Image sample_image() {
 /// Puts strips together and compares them with the channels they came from.
 class Puzzle {
   public:
-    Puzzle(const Image& image, const std::vector<layers::ChannelPlace>& places)
+    Puzzle(const Image& image, const std::vector<layers::ChannelRef>& places)
         : image_(image), places_(places), rows_(size_t(image.data.height()), 0) {}
 
     void add(const layers::Strip& strip) {
@@ -70,7 +70,7 @@ class Puzzle {
 
   private:
     const Image& image_;
-    std::vector<layers::ChannelPlace> places_;
+    std::vector<layers::ChannelRef> places_;
     std::vector<int> rows_;  ///< how often each row came
     bool is_same_ = true;
     std::mutex mutex_;
@@ -84,7 +84,7 @@ TEST(StripReader, HandsOutEveryRowOfTheChosenChannelsOnce) {
     ASSERT_TRUE(file.has_value()) << file.error().message;
     EXPECT_EQ(file->description().data, image.data);
     EXPECT_EQ(file->description().parts[1].channels[2].size(), 0u);
-    const std::vector<std::vector<layers::ChannelPlace>> requests = {
+    const std::vector<std::vector<layers::ChannelRef>> requests = {
         {{0, 0}}, {{1, 2}, {0, 1}}, {{1, 0}, {1, 1}, {0, 2}, {0, 0}}};
     for (const auto& places : requests) {
         // One byte: a single reader, whatever the machine
@@ -116,7 +116,7 @@ TEST(StripReader, SaysWhatIsWrongWithDamagedFiles) {
     ASSERT_TRUE(write_file_atomically(cut, bytes->substr(0, bytes->size() * 3 / 4)).has_value());
     const auto file = layers::StripReader::open(cut);
     if (file) {
-        const std::vector<layers::ChannelPlace> places = {{0, 0}, {1, 0}};
+        const std::vector<layers::ChannelRef> places = {{0, 0}, {1, 0}};
         const auto read = file->read(places, [](const layers::Strip&) {});
         ASSERT_FALSE(read.has_value());
         EXPECT_EQ(read.error().code, "io-read");
@@ -146,7 +146,7 @@ TEST(StripReader, AFileThatWasReplacedIsAnError) {
     Image image = sample_image();
     const std::string path = temporary("replaced.exr");
     const auto expect_error = [&](const layers::StripReader& file, const char* how) {
-        const std::vector<layers::ChannelPlace> places = {{0, 0}, {1, 2}};
+        const std::vector<layers::ChannelRef> places = {{0, 0}, {1, 2}};
         const auto read = file.read(places, [](const layers::Strip&) {});
         ASSERT_FALSE(read.has_value()) << how;
         EXPECT_EQ(read.error().code, "io-read");
@@ -171,7 +171,7 @@ TEST(StripReader, AFileThatWasReplacedIsAnError) {
     ASSERT_TRUE(write_exr(path, image).has_value());
     const auto file = layers::StripReader::open(path);
     ASSERT_TRUE(file.has_value());
-    const std::vector<layers::ChannelPlace> places = {{0, 0}};
+    const std::vector<layers::ChannelRef> places = {{0, 0}};
     std::once_flag once;
     const auto read = file->read(places, [&](const layers::Strip&) {
         std::call_once(once,
@@ -256,7 +256,7 @@ TEST(StripReader, OpensNoMoreFilesThanAProcessMayHave) {
         Image image, all;
         image.data = image.display = all.data = all.display = {0, 0, 3, 40};
         std::string list;
-        std::vector<layers::ChannelPlace> places;
+        std::vector<layers::ChannelRef> places;
         for (size_t i = 0; i < layers; ++i) {
             Image one = all;
             one.parts = {{fmt::format("l{:03}", i),
@@ -280,18 +280,18 @@ TEST(StripReader, OpensNoMoreFilesThanAProcessMayHave) {
         ASSERT_TRUE(file.has_value()) << file.error().message;
         EXPECT_EQ(open_file_count(), before);
         Puzzle puzzle(image, places);
-        std::atomic<size_t> most = 0;
+        std::atomic<size_t> max = 0;
         const auto read = file->read(places, [&](const layers::Strip& strip) {
             puzzle.add(strip);
             const size_t now = open_file_count();
-            for (size_t m = most; m < now && !most.compare_exchange_weak(m, now);) {
+            for (size_t m = max; m < now && !max.compare_exchange_weak(m, now);) {
             }
         });
         ASSERT_TRUE(read.has_value()) << read.error().message;
         EXPECT_TRUE(puzzle.is_whole());
         // Those that list the open ones come on top
         const auto threads = size_t(thread_count());
-        EXPECT_LE(most, before + (is_split ? 256 : threads) + 2 * threads);
+        EXPECT_LE(max, before + (is_split ? 256 : threads) + 2 * threads);
     }
 }
 

@@ -29,7 +29,7 @@ double number(uint64_t seed, size_t i) {
     return double(hash_combine(seed, i) >> 11) * 0x1p-53;
 }
 
-/// Priorities over four octaves, smooth enough for neighbours to be like each other.
+/// Priorities over four octaves, smooth enough for neighbors to be like each other.
 std::vector<float> some_priority(uint64_t seed) {
     std::vector<float> priority(window.pixel_count());
     for (int y = window.y0; y < window.y1; ++y) {
@@ -61,14 +61,14 @@ TEST(TopUpPlaces, PowersOfTwoInProportionWithTheMeanThatWasAskedFor) {
     for (const double mean : {40.0, 64.0, 333.0}) {
         const auto counts = layers::place_samples(window, priority, none, mean);
         EXPECT_NEAR(mean_of(counts), mean, 0.03 * mean);
-        double least = 1e9, most = 0;
+        double min = 1e9, max = 0;
         for (size_t i = 0; i < counts.size(); ++i) {
             EXPECT_TRUE(std::has_single_bit(counts[i]));
-            least = std::min(least, double(counts[i]) / double(priority[i]));
-            most = std::max(most, double(counts[i]) / double(priority[i]));
+            min = std::min(min, double(counts[i]) / double(priority[i]));
+            max = std::max(max, double(counts[i]) / double(priority[i]));
         }
         // A rounding to powers of two, and the factors of the tiles
-        EXPECT_LT(most / least, 2.4);
+        EXPECT_LT(max / min, 2.4);
 
         const auto more = layers::place_samples(window, priority, present, mean);
         EXPECT_NEAR(mean_of(more), mean, 0.03 * mean);
@@ -106,7 +106,7 @@ TEST(TopUpPlaces, WhatAPixelHasSeenDoesNotDecideOnItsSamples) {
     EXPECT_GT(changed, 100u);
 }
 
-TEST(TopUpPlaces, PicturesWithoutNoiseOrNeighboursAreEven) {
+TEST(TopUpPlaces, ImagesWithoutNoiseOrNeighborsAreEven) {
     const Window tiny{0, 0, 4, 3};
     const std::vector<float> priority(12, 0.3f);
     EXPECT_EQ(layers::place_samples(tiny, priority, std::vector<uint64_t>(12, 8), 20),
@@ -205,7 +205,7 @@ TEST(TopUpRequests, DamagedMapsAreErrors) {
         ASSERT_TRUE(write_exr(map_path, map).has_value());
         EXPECT_EQ(layers::read_top_up(path).error().code, "bad-request") << why;
     }
-    // Parts over other pixels, a file that ends too early, no picture, none at all
+    // Parts over other pixels, a file that ends too early, no image, none at all
     make_exr(map_path,
              {{"a", window, {}, {"priority"}, {}}, {"b", {-5, 3, 91, 60}, {}, {}, {"present"}}});
     EXPECT_EQ(layers::read_top_up(path).error().code, "io-read");

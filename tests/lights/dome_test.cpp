@@ -131,7 +131,7 @@ TEST(EnvironmentMap, DensityIntegratesToOneAndMatchesItsSamples) {
     }
 }
 
-TEST(EnvironmentMap, RadianceOverDensityIsSmoothForGreyMaps) {
+TEST(EnvironmentMap, RadianceOverDensityIsSmoothForGrayMaps) {
     // The density follows the interpolated radiance. What is left is the sine inside a row of
     // texels: at most the quotient of two rows' sines, 1 + (π/32) · cotθ, next to the sun's edge
     const EnvironmentMap map(sky(1e4f), false);
@@ -186,7 +186,7 @@ TEST(DomeLight, LatlongIsOrientedAsTheSchemaSays) {
     EXPECT_EQ(diagnostics.warning_count(), 0u);
 }
 
-TEST(DomeLight, MirroredTransformMirrorsThePicture) {
+TEST(DomeLight, MirroredTransformMirrorsTheImage) {
     EnvironmentImage image = image_of(16, 8);
     for (int y = 0; y < 8; ++y) texel(image, 3, y) = texel(image, 4, y) = Rgb(1.0f);  // +X
     const Mat4d mirrored = matrix_of({-1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0});
@@ -286,13 +286,13 @@ TEST(DomeLight, TheTreeLeavesEvenSkiesToTheBsdfUnderCompensation) {
 }
 
 TEST(DomeLight, OtherLayoutsShowTheSameDirections) {
-    // Paint each layout by direction, convert, compare: the colour of a direction is (d + 1) / 2
-    const auto colour = [](const Vec3d& d) {
+    // Paint each layout by direction, convert, compare: the color of a direction is (d + 1) / 2
+    const auto color = [](const Vec3d& d) {
         return Rgb(float(0.5 * d.x + 0.5), float(0.5 * d.y + 0.5), float(0.5 * d.z + 0.5));
     };
     const int size = 128;
     for (const scene::DomeFormat format :
-         {scene::DomeFormat::Angular, scene::DomeFormat::MirroredBall}) {
+         {scene::DomeFormat::Angular, scene::DomeFormat::MirrorBall}) {
         EnvironmentImage image = image_of(size, size);
         for (int y = 0; y < size; ++y) {
             for (int x = 0; x < size; ++x) {
@@ -301,18 +301,18 @@ TEST(DomeLight, OtherLayoutsShowTheSameDirections) {
                 const bool is_angular = format == scene::DomeFormat::Angular;
                 const double angle = is_angular ? pi_d * r : 2 * std::asin(std::min(r, 1.0));
                 const double s = std::sin(angle) / r;
-                texel(image, x, y) = colour({px * s, py * s, -std::cos(angle)});
+                texel(image, x, y) = color({px * s, py * s, -std::cos(angle)});
             }
         }
         const EnvironmentMap map(to_latlong(image, format), false);
-        // Near +Z, the rim of the picture, a mirrored ball has hardly any texels
+        // Near +Z, the rim of the image, a mirrored ball has hardly any texels
         for (const Vec3d& d : {Vec3d(0, 0, -1), Vec3d(1, 0, 0), Vec3d(0, 1, 0),
                                Vec3d(0, -0.8, -0.6), Vec3d(-0.6, 0.48, 0.64)}) {
-            const Rgb found = map.view(d).radiance, expected = colour(d);
+            const Rgb found = map.view(d).radiance, expected = color(d);
             for (int i = 0; i < 3; ++i) EXPECT_NEAR(found[i], expected[i], 0.03f);
         }
     }
-    // Six faces of one colour each
+    // Six faces of one color each
     EnvironmentImage cross = image_of(48, 64);
     const auto paint = [&](int column, int row, const Rgb& c) {
         for (int y = 0; y < 16; ++y)

@@ -191,7 +191,7 @@ TEST(EmissiveSurfaces, InstancesShareTrianglesUnlessTheyShineDifferently) {
     EXPECT_FALSE(
         lights.find_surface(geometry::make_surface_point(stage.scene, *stage.geometry, {}, hit)));
 
-    // Emission by displayColor: one group per colour, and the instance with an override
+    // Emission by displayColor: one group per color, and the instance with an override
     const auto colored = stage.add_material(Rgb(0.0f));
     scene::Input& emission = stage.scene.materials[colored].emissive_color;
     emission.source = scene::Input::Source::Primvar;

@@ -32,7 +32,7 @@ EnvironmentImage sky_with_sun(float radiance) {
     return image;
 }
 
-/// Luminance · sinθ at the texels' centres of a row.
+/// Luminance · sinθ at the texels' centers of a row.
 std::vector<double> row_weights(const EnvironmentImage& image, size_t y) {
     const double sine = std::sin(pi_d * (double(y) + 0.5) / height);
     std::vector<double> weights(static_cast<size_t>(width));
@@ -148,7 +148,7 @@ TEST(H27EnvironmentMap, SunTakesNoMassFromTheSky) {
     const EnvironmentMap map(image, false);
     const Deviations worst = deviations(image, map, 1);
     // What is drawn is what the density says; only beside the sun, where a texel has 1e-13 of the
-    // probability, do sums in double let both differ a little from the picture
+    // probability, do sums in double let both differ a little from the image
     hardcase::expect_within({"sun of 6e10: density times area, relative", worst.density, 1e-6, 0,
                              "probability of the texel, all texels"});
     hardcase::expect_within({"sun: probability of a texel beside it, relative", worst.mass, 1e-3, 0,

@@ -96,9 +96,9 @@ double quadrature(const std::function<Vec3d(double, double)>& p, int steps, cons
 
 TEST(RectLight, ParallelogramUnderShear) {
     const Mat4d m = matrix_of({1, 0, 0}, {0.7, 0.9, 0.1}, {0.2, 0, 1.5}, {0.3, 0.2, 0.8});
-    const Vec3d ex(2, 0, 0), ey(1.4, 1.8, 0.2), centre(0.3, 0.2, 0.8);
+    const Vec3d ex(2, 0, 0), ey(1.4, 1.8, 0.2), center(0.3, 0.2, 0.8);
     const double expected =
-        quadrature([&](double s, double t) { return centre + ex * (0.5 - s) + ey * (t - 0.5); },
+        quadrature([&](double s, double t) { return center + ex * (0.5 - s) + ey * (t - 0.5); },
                    400, {0, 0, 1});
     expect_irradiance(square(2, m), Vec3(0.0f), {0, 0, 1}, expected, 1e-4);
 }
@@ -142,7 +142,7 @@ TEST(H26SphereLight, IrradianceInsideAndOnTheSurface) {
     constexpr int samples = 16384;
     const double below = 1.0 - 0x1p-24;
     expect_irradiance(light, Vec3(0.0f), {0, 0, 1}, pi_d, 1e-4, samples);  // on it, facing in
-    expect_irradiance(light, {0, 0, 1}, {0, 0, 1}, pi_d, 1e-4, samples);   // at the centre
+    expect_irradiance(light, {0, 0, 1}, {0, 0, 1}, pi_d, 1e-4, samples);   // at the center
     expect_irradiance(light, {0.3f, 0.2f, 0.4f}, {0.6f, 0, 0.8f}, pi_d, 1e-4, samples);
     expect_irradiance(light, {0, 0, float(-0x1p-22)}, {0, 0, 1}, pi_d, 1e-4,
                       samples);  // just outside
@@ -151,12 +151,12 @@ TEST(H26SphereLight, IrradianceInsideAndOnTheSurface) {
 }
 
 TEST(SphereLight, EllipsoidUnderShear) {
-    const Vec3d x(2, 0.3, 0), y(0, 0.4, 0.2), z(-0.5, 0, 1), centre(0.5, -0.2, 1.7);
-    const Mat4d m = matrix_of(x, y, z, centre);
+    const Vec3d x(2, 0.3, 0), y(0, 0.4, 0.2), z(-0.5, 0, 1), center(0.5, -0.2, 1.7);
+    const Mat4d m = matrix_of(x, y, z, center);
     const double expected = quadrature(
         [&](double s, double t) {
             const double a = 2 * pi_d * s, b = pi_d * (t - 0.5);
-            return centre + x * (0.5 * std::cos(a) * std::cos(b)) +
+            return center + x * (0.5 * std::cos(a) * std::cos(b)) +
                    y * (0.5 * std::sin(a) * std::cos(b)) + z * (0.5 * std::sin(b));
         },
         800, {0, 0, 1});
@@ -166,7 +166,7 @@ TEST(SphereLight, EllipsoidUnderShear) {
 TEST(CylinderLight, IrradianceAgreesWithQuadratureOverTheMantle) {
     struct Case {
         double radius, length;
-        Vec3d centre;
+        Vec3d center;
         Vec3d y;  // second axis: shear or scale
     };
 
@@ -176,14 +176,14 @@ TEST(CylinderLight, IrradianceAgreesWithQuadratureOverTheMantle) {
         {0.02, 1, {30, 20, 40}, {0, 1, 0}},
     };
     for (const Case& c : cases) {
-        const Mat4d m = matrix_of({1, 0, 0}, c.y, {0, 0, 1}, c.centre);
+        const Mat4d m = matrix_of({1, 0, 0}, c.y, {0, 0, 1}, c.center);
         scene::Light light = light_of(LightKind::Cylinder, m);
         light.radius = float(c.radius);
         light.length = float(c.length);
         const double expected = quadrature(
             [&](double s, double t) {
                 const double a = 2 * pi_d * s;
-                return c.centre + Vec3d(c.length * (t - 0.5), 0, 0) +
+                return c.center + Vec3d(c.length * (t - 0.5), 0, 0) +
                        c.y * (c.radius * std::cos(a)) + Vec3d(0, 0, c.radius * std::sin(a));
             },
             800, {0, 0, 1});

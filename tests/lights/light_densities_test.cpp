@@ -222,7 +222,7 @@ std::vector<double> masses(
 }
 
 /// Share of the samples of a round body of about one unit whose directions pass it by in floats, at
-/// most: half of those within that rounding of its outline, which is as wide as the root of it on
+/// max: half of those within that rounding of its outline, which is as wide as the root of it on
 /// the body.
 double passed_by(const Chart& chart, const Vec3& p) {
     if (!chart.has_hard_outline) return 0.0;

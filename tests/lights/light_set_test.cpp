@@ -279,7 +279,7 @@ TEST(LightShaping, ConeCutsAtItsAngleAndSoftensInside) {
         Diagnostics diagnostics;
         const LightSet lights(scene, {}, diagnostics);
         const double a = degrees * pi_d / 180;
-        // Look at the centre from a point at this angle off the axis −Z
+        // Look at the center from a point at this angle off the axis −Z
         const Vec3 d(float(-std::sin(a)), 0, float(std::cos(a)));
         return lights.intersect(0, Vec3(0, 0, 1) - d * 4.0f, d)->Le.x;
     };

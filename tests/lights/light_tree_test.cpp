@@ -122,20 +122,20 @@ TEST(H29LightTree, LeavesOutOnlyLightsThatBringNothing) {
     const LightSet lights(scene, {}, diagnostics);
     const auto tree = make_light_selector(lights, Box3(), {SelectionKind::Tree});
     std::mt19937 random(11);
-    int left_out = 0;
+    int omitted = 0;
     double lost = 0;
     for (int round = 0; round < 60; ++round) {
         const Receiver at = random_receiver(random);
         for (uint32_t i = 0; i < lights.size(); ++i) {
             if (tree->pmf(at, i) > 0.0f) continue;
-            ++left_out;
+            ++omitted;
             for (int k = 0; k < 16; ++k) {
                 const Vec2 u(float(k % 4) / 4.0f + 0.125f, float(k / 4) / 4.0f + 0.125f);
                 lost = hardcase::larger(lost, contribution(lights, i, at, u));
             }
         }
     }
-    EXPECT_GT(left_out, 1000);
+    EXPECT_GT(omitted, 1000);
     hardcase::expect_within(
         {"most that a light brings which is never chosen", lost, 0, 0, "every light, brute force"});
 }

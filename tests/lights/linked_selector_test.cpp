@@ -58,7 +58,7 @@ TEST(LinkedSelector, ChoosesAmongTheLightsThatShineOnTheGeometry) {
                 double sum = 0.0;
                 for (uint32_t i = 0; i < lights.size(); ++i) {
                     const double pmf = double(selector->pmf(at, i));
-                    EXPECT_EQ(pmf > 0.0, lights.shines_on(i, c)) << int(kind) << ' ' << i;
+                    EXPECT_EQ(pmf > 0.0, lights.illuminates(i, c)) << int(kind) << ' ' << i;
                     sum += pmf;
                 }
                 EXPECT_NEAR(sum, 1.0, 1e-5) << int(kind) << ' ' << c;
@@ -82,7 +82,7 @@ TEST(LinkedSelector, IsThatOfASceneWithoutTheOtherLights) {
             scene::Scene left = scene_of({});
             std::vector<uint32_t> number;
             for (uint32_t i = 0; i < lights.size(); ++i) {
-                if (!lights.shines_on(i, c)) continue;
+                if (!lights.illuminates(i, c)) continue;
                 left.lights.push_back(scene.lights[i]);
                 left.lights.back().links = {};
                 number.push_back(i);
@@ -141,8 +141,8 @@ TEST(LinkedSelector, KnowsTheLinksOfGeometryThatIsALight) {
             EXPECT_GT(selector->pmf(at, 0), 0.0f);
             EXPECT_EQ(selector->pmf(at, 1) > 0.0f, c == 0);
             EXPECT_GT(selector->pmf(at, LightId(2, 0)), 0.0f);
-            EXPECT_EQ(stage.lights->shines_on(LightId(2, 0), c), true);
-            EXPECT_EQ(stage.lights->shines_on(LightId(2, 1), c), c == 0);
+            EXPECT_EQ(stage.lights->illuminates(LightId(2, 0), c), true);
+            EXPECT_EQ(stage.lights->illuminates(LightId(2, 1), c), c == 0);
         }
     }
 }

@@ -142,14 +142,14 @@ TEST(ManyLights, ChoosingLooksAtALogarithmicNumberOfClusters) {
             ASSERT_TRUE(choice);
             sum += double(tree.visited_clusters(choice->light));
         }
-        size_t most = 0;
+        size_t max = 0;
         for (uint32_t i = 0; i < lights.item_count(); ++i)
-            most = std::max(most, tree.visited_clusters(i));
+            max = std::max(max, tree.visited_clusters(i));
         const double mean = sum / samples;
-        std::printf("%7zu lights: %.1f clusters a choice, at worst %zu\n", count, mean, most);
+        std::printf("%7zu lights: %.1f clusters a choice, at worst %zu\n", count, mean, max);
         // A perfectly balanced tree adds 2 log2(10) = 6.6 with every factor of ten
         EXPECT_TRUE(last == 0 || mean - last <= 2.0 * 6.7) << count << " lights";
-        EXPECT_LE(most, 2u * ClusterTree::depth_limit + 80u);
+        EXPECT_LE(max, 2u * ClusterTree::depth_limit + 80u);
         last = mean;
     }
 }

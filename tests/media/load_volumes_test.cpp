@@ -53,7 +53,7 @@ TEST(LoadVolumes, ReadsWhatIsSeenOnce) {
     EXPECT_EQ(scene.volumes.size(), 3u);
     EXPECT_EQ(diagnostics.error_count(), 0u);
     // What is there counts against what may still be taken
-    EXPECT_EQ(source.asked[0].most_bytes, size_t(1) << 20);
+    EXPECT_EQ(source.asked[0].max_bytes, size_t(1) << 20);
 }
 
 TEST(LoadVolumes, LosesAVolumeAndNoMore) {

@@ -76,7 +76,7 @@ Mean by_flights(const VolumeSet& set, const Ray& ray, uint64_t count, TrackingCo
     Mean mean;
     Flight flight;
     for (uint64_t i = 0; i < count; ++i) {
-        set.fly(ray.o, ray.d, far_away, Rgb(1.0f), FreeWay{}, RandomStream(i, -1.0), flight,
+        set.fly(ray.o, ray.d, far_away, Rgb(1.0f), FreePath{}, RandomStream(i, -1.0), flight,
                 counts);
         mean.add(flight.medium ? Rgb(0.0f) : flight.weight);
     }
@@ -146,7 +146,7 @@ TEST(H34ThinMedia, CollideAsOftenAsTheyShould) {
         Flight flight;
         TrackingCounts counts;
         const auto fly = [&](double u) {
-            set.fly(Vec3(0.0f), Vec3(0, 0, -1), far_away, Rgb(1.0f), FreeWay{}, RandomStream(1, u),
+            set.fly(Vec3(0.0f), Vec3(0, 0, -1), far_away, Rgb(1.0f), FreePath{}, RandomStream(1, u),
                     flight, counts);
             return flight.medium != nullptr;
         };
@@ -203,8 +203,8 @@ TEST(Tracking, KeepsEveryChannel) {
     const VolumeSet set(scene);
     TrackingCounts counts;
     const Rgb expected = exponential(Rgb(2.0f, 0.5f, 0.0f));
-    expect_mean(by_flights(set, along_wave, 200000, counts), expected, "coloured wave by flights");
-    expect_mean(by_ratios(set, along_wave, 200000, counts), expected, "coloured wave by ratios");
+    expect_mean(by_flights(set, along_wave, 200000, counts), expected, "colored wave by flights");
+    expect_mean(by_ratios(set, along_wave, 200000, counts), expected, "colored wave by ratios");
 }
 
 TEST(Tracking, AddsVolumesThatOverlap) {
@@ -246,7 +246,8 @@ TEST(H37Trackers, OfNothingChangesNothing) {
     TrackingCounts counts;
     Flight flight;
     RandomStream numbers(7, -1.0);
-    set.fly(Vec3(1, 1, 5), Vec3(0, 0, -1), far_away, Rgb(1.0f), FreeWay{}, numbers, flight, counts);
+    set.fly(Vec3(1, 1, 5), Vec3(0, 0, -1), far_away, Rgb(1.0f), FreePath{}, numbers, flight,
+            counts);
     EXPECT_EQ(flight.medium, nullptr);
     EXPECT_EQ(flight.weight, Rgb(1.0f));
     const Rgb passed =
@@ -280,8 +281,8 @@ TEST(Emission, IsThatOfTheWay) {
         Mean mean;
         Flight flight;
         for (uint64_t i = 0; i < 20000; ++i) {
-            set.fly(along_wave.o, along_wave.d, far_away, Rgb(1.0f), FreeWay{.extinction = sigma_a},
-                    RandomStream(i, -1.0), flight, counts);
+            set.fly(along_wave.o, along_wave.d, far_away, Rgb(1.0f),
+                    FreePath{.extinction = sigma_a}, RandomStream(i, -1.0), flight, counts);
             mean.add(flight.emitted);
         }
         expect_mean(mean, expected, what);
@@ -303,7 +304,7 @@ TEST(Emission, OfColdMatterIsNotSeen) {
     const VolumeSet set(scene);
     TrackingCounts counts;
     Flight flight;
-    set.fly(along_wave.o, along_wave.d, far_away, Rgb(1.0f), FreeWay{}, RandomStream(1, -1.0),
+    set.fly(along_wave.o, along_wave.d, far_away, Rgb(1.0f), FreePath{}, RandomStream(1, -1.0),
             flight, counts);
     EXPECT_EQ(flight.emitted, Rgb(0.0f));
 }
@@ -323,7 +324,7 @@ TEST(Emission, OfABlackBodyIsWhatItAbsorbs) {
         Mean mean;
         Flight flight;
         for (uint64_t i = 0; i < 40000; ++i) {
-            set.fly(along_wave.o, along_wave.d, far_away, Rgb(1.0f), FreeWay{},
+            set.fly(along_wave.o, along_wave.d, far_away, Rgb(1.0f), FreePath{},
                     RandomStream(i, -1.0), flight, counts);
             mean.add(flight.emitted);
         }

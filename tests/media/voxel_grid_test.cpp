@@ -66,12 +66,12 @@ TEST(VoxelGrid, GivesTheInterpolatedNumbers) {
 TEST(VoxelGrid, KeepsNoBricksOfEmptySpace) {
     const VoxelGrid grid = blobs();
     EXPECT_LT(grid.values.size() / VoxelGrid::brick_values(1), 21u * 11u * 7u * 3 / 4);
-    EXPECT_EQ(grid.most(), 4.0f);
+    EXPECT_EQ(grid.max(), 4.0f);
     for (const VoxelGrid::Brick& brick : grid.bricks) {
         if (brick.is_constant()) continue;
         for (size_t i = 0; i < VoxelGrid::brick_values(1); ++i) {
-            EXPECT_GE(grid.values[brick.first_value + i], brick.least);
-            EXPECT_LE(grid.values[brick.first_value + i], brick.most);
+            EXPECT_GE(grid.values[brick.first_value + i], brick.min);
+            EXPECT_LE(grid.values[brick.first_value + i], brick.max);
         }
     }
 }
@@ -81,7 +81,7 @@ TEST(VoxelGrid, TakesWhatIsNoDensityForNone) {
                          std::numeric_limits<float>::infinity()};
     const VoxelGrid grid =
         make_voxel_grid(Vec3i(3, 1, 1), 1.0f, [&](int x, int, int) { return bad[x]; });
-    EXPECT_EQ(grid.most(), 0.0f);
+    EXPECT_EQ(grid.max(), 0.0f);
     EXPECT_TRUE(grid.values.empty());
 }
 

@@ -14,8 +14,8 @@ const std::map<std::string, std::set<std::string>>& tier_table() {
         more.insert(core.begin(), core.end());
         return more;
     };
-    // A tier that is divided into rooms includes all of them, and no other tier includes one
-    static const auto room = [](std::set<std::string> below) {
+    // A tier that is divided into modules includes all of them, and no other tier includes one
+    static const auto module = [](std::set<std::string> below) {
         std::set<std::string> all = {"usd/stage", "usd/layer", "scene"};
         for (const std::string& name : below) all.insert("translate/" + name);
         return all;
@@ -46,18 +46,18 @@ const std::map<std::string, std::set<std::string>>& tier_table() {
         {"usd/stage", {"usd/layer", "usd/compose"}},
         {"import", {"usd/layer", "usd/text"}},
         {"scene", {}},
-        {"translate/context", room({})},
-        {"translate/color", room({"context"})},
-        {"translate/motion", room({"context"})},
-        {"translate/materials", room({"context", "color"})},
-        {"translate/lights", room({"context", "color", "materials"})},
-        {"translate/geometry", room({"context", "color", "motion", "materials", "lights"})},
-        {"translate/linking", room({"context", "lights", "geometry"})},
-        {"translate/volumes", room({"context", "color", "materials", "geometry"})},
+        {"translate/context", module({})},
+        {"translate/color", module({"context"})},
+        {"translate/motion", module({"context"})},
+        {"translate/materials", module({"context", "color"})},
+        {"translate/lights", module({"context", "color", "materials"})},
+        {"translate/geometry", module({"context", "color", "motion", "materials", "lights"})},
+        {"translate/linking", module({"context", "lights", "geometry"})},
+        {"translate/volumes", module({"context", "color", "materials", "geometry"})},
         {"translate/instancing",
-         room({"context", "color", "motion", "materials", "lights", "geometry", "linking"})},
-        {"translate", room({"context", "color", "motion", "materials", "lights", "geometry",
-                            "linking", "volumes", "instancing"})},
+         module({"context", "color", "motion", "materials", "lights", "geometry", "linking"})},
+        {"translate", module({"context", "color", "motion", "materials", "lights", "geometry",
+                              "linking", "volumes", "instancing"})},
         {"geometry", {"scene"}},
         {"accel", {"scene", "geometry"}},
         {"camera", {"scene", "sampling"}},

@@ -74,7 +74,7 @@ std::string namespace_of_tier(const std::string& tier) {
     return name;
 }
 
-bool may_include(const std::string& tier, const std::string& other) {
+bool can_include(const std::string& tier, const std::string& other) {
     return other == tier || other == "base" || tier_table().at(tier).contains(other);
 }
 
@@ -163,7 +163,7 @@ std::vector<std::string> check_tier_includes(const SourceFile& file) {
         if (other.empty()) {
             out.push_back(
                 violation(file, include.line, "\"" + include.header + "\" names no tier"));
-        } else if (!may_include(tier, other)) {
+        } else if (!can_include(tier, other)) {
             out.push_back(
                 violation(file, include.line,
                           tier + " must not include " + other + " (\"" + include.header + "\")"));
@@ -259,7 +259,7 @@ std::vector<std::string> check_namespace(const SourceFile& file) {
         // Forward declarations and hooks of a tier that may be included are fine
         const bool is_known =
             std::any_of(tier_table().begin(), tier_table().end(), [&](const auto& row) {
-                return namespace_of_tier(row.first) == name && may_include(tier, row.first);
+                return namespace_of_tier(row.first) == name && can_include(tier, row.first);
             });
         if (!is_own && !is_known)
             out.push_back(

@@ -236,6 +236,10 @@ TEST(Rules, PlainWords) {
     EXPECT_EQ(caught("src/app/a.cpp", "f(R\"(asks for it)\");\n"), 1u);
     EXPECT_EQ(caught("README.md", "The body may go on.\n"), 3u);
     EXPECT_EQ(caught("docs/guide/a.md", "It knows\n"), 1u);
+    EXPECT_EQ(caught("docs/engineering/a.md", "A warning says so.\n"), 1u);
+    EXPECT_EQ(caught("docs/adr/0001-a.md", "A warning says so.\n"), 0u);
+    EXPECT_EQ(caught("docs/engineering/hard_cases.md", "A warning says so.\n"), 0u);
+    EXPECT_EQ(caught("docs/engineering/a.md", "It includes what it may include.\n"), 0u);
 
     EXPECT_EQ(caught("src/app/a.cpp", "f(\"there is no number\"); // no picture, left out\n"), 0u);
     EXPECT_EQ(caught("src/app/a.cpp", "f(\"nested-bodies\", '\"', \"a black body\");\n"), 0u);

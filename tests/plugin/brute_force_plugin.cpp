@@ -28,7 +28,7 @@ struct Copies {
 class BruteForceAccelerator final : public accel::Accelerator {
   public:
     explicit BruteForceAccelerator(const accel::SoupScene& scene) : brute_(copy(scene)) {
-        // Lights are chosen by the bounds of the scene: to give the same picture, they are those
+        // Lights are chosen by the bounds of the scene: to give the same image, they are those
         // that the own tree says
         bounds_ = accel::build_bvh(scene)->bounds();
     }

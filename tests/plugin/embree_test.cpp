@@ -4,7 +4,7 @@
 //
 // What must agree: whether a ray hits, which triangle, t and barycentric weights within rounding.
 // What may differ, and is counted: `ties`, another triangle at the same t within rounding (coplanar
-// or neighbouring ones), and `edges`, hits within rounding of an edge, which Embree may miss or
+// or neighboring ones), and `edges`, hits within rounding of an edge, which Embree may miss or
 // give to nobody. Anything else is `unexplained`, of which there must be none.
 //
 // Rounding: a float test knows a triangle's corners relative to the origin of the ray up to
@@ -198,20 +198,20 @@ class Comparison {
     Differences result_;
 };
 
-// `may_differ`: the share of rays that may be ties or edges.
+// `can_differ`: the share of rays that may be ties or edges.
 void expect_agreement(const SoupScene& scene,
                       const std::unique_ptr<Accelerator>& embree,
                       const std::vector<Ray>& rays,
-                      size_t least_hits,
-                      double may_differ,
+                      size_t min_hits,
+                      double can_differ,
                       double reach = 0) {
     ASSERT_TRUE(embree);
     const auto own = build_bvh(scene);
     const Differences d = Comparison(scene, *own, *embree, reach).run(rays);
     EXPECT_EQ(d.unexplained, 0u) << "of " << d.rays;
     EXPECT_EQ(d.occlusion, 0u) << "of " << d.rays;
-    EXPECT_GE(d.hits, least_hits);
-    EXPECT_LE(double(d.ties + d.edges), may_differ * double(d.rays));
+    EXPECT_GE(d.hits, min_hits);
+    EXPECT_LE(double(d.ties + d.edges), can_differ * double(d.rays));
     testing::Test::RecordProperty("ties", int(d.ties));
     testing::Test::RecordProperty("edges", int(d.edges));
     testing::Test::RecordProperty("worst_t_in_roundings", std::to_string(d.worst_t));
@@ -220,8 +220,8 @@ void expect_agreement(const SoupScene& scene,
     }
     // The own tree fits instances more closely, but for the rounding of what moves in them
     const Vec3 room = (own->bounds().max - own->bounds().min) * 0x1p-20f;
-    const Box3 most(embree->bounds().min - room, embree->bounds().max + room);
-    EXPECT_TRUE(most.intersects(own->bounds().min) && most.intersects(own->bounds().max));
+    const Box3 max(embree->bounds().min - room, embree->bounds().max + room);
+    EXPECT_TRUE(max.intersects(own->bounds().min) && max.intersects(own->bounds().max));
     EXPECT_EQ(own->stats().instances, embree->stats().instances);
 }
 
@@ -262,13 +262,13 @@ TEST_F(EmbreeTest, AgreesOnFlatBoxesAndCoplanarOverlap) {
 }
 
 TEST_F(EmbreeTest, AgreesFarFromTheOriginAndOnHugeAndTinyCoordinates) {
-    const Vec3 centre(148376, 1234, -223423);
-    Soup far = star_mesh(80, 100, 1000.0, 0.5, Vec3d(centre), 12);
+    const Vec3 center(148376, 1234, -223423);
+    Soup far = star_mesh(80, 100, 1000.0, 0.5, Vec3d(center), 12);
     const std::vector<Soup> far_soups = {far};
     const SoupScene far_scene = scene_of(far_soups);
     auto rays = mixed_rays(50000, 13);
     for (Ray& ray : rays) {
-        ray.o = ray.o * 1000.0f + centre;
+        ray.o = ray.o * 1000.0f + center;
         ray.t_max = ray.t_max * 1000.0f;
     }
     expect_agreement(far_scene, embree(far_scene), rays, 20000, 0.01);

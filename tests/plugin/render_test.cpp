@@ -49,7 +49,7 @@ TEST_F(PluginRender, OpensTheOneThatIsNamed) {
     EXPECT_NE(opened.find("velatura_embree.so"), std::string::npos);
 }
 
-TEST_F(PluginRender, OfTheWorkedExampleIsTheSamePicture) {
+TEST_F(PluginRender, OfTheWorkedExampleIsTheSameImage) {
     const CommandResult plain = w.velatura(std::string(render) + "-o plain.exr");
     ASSERT_EQ(plain.exit_code, 0) << plain.output;
     const CommandResult brute = with_test_plugins("-o brute.exr --accel brute_force");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Points of pixels that make up for one another's errors: nets over pixels and samples, and what is
-// left of the error of pictures once they are filtered.
+// left of the error of images once they are filtered.
 #include "sampling/sampler.h"
 
 #include <gtest/gtest.h>
@@ -15,9 +15,9 @@
 namespace velatura::sampling {
 namespace {
 
-constexpr int size = 32;  ///< edge of the pictures, pixels
+constexpr int size = 32;  ///< edge of the images, pixels
 
-using Picture = std::vector<double>;  // [size][size]
+using Image = std::vector<double>;  // [size][size]
 
 /// One point in each of the n square or elementary cells.
 void expect_filled(const std::vector<Vec2>& points, size_t columns, const char* what) {
@@ -85,13 +85,13 @@ TEST(BlueNoise, APixelByItselfIsUniformAndPixelsDiffer) {
     EXPECT_NE(first(0, SamplerKind::BlueNoise), first(16, SamplerKind::BlueNoise));
 }
 
-/// Gaussian of 1.5 pixels, the picture going on at the opposite edge.
-Picture blurred(const Picture& in) {
+/// Gaussian of 1.5 pixels, the image going on at the opposite edge.
+Image blurred(const Image& in) {
     constexpr int reach = 6;
     double kernel[2 * reach + 1], sum = 0;
     for (int i = -reach; i <= reach; ++i) sum += kernel[i + reach] = std::exp(-i * i / 4.5);
-    const auto pass = [&](const Picture& from, int step_x, int step_y) {
-        Picture to(from.size(), 0.0);
+    const auto pass = [&](const Image& from, int step_x, int step_y) {
+        Image to(from.size(), 0.0);
         for (int y = 0; y < size; ++y)
             for (int x = 0; x < size; ++x)
                 for (int i = -reach; i <= reach; ++i) {
@@ -107,7 +107,7 @@ Picture blurred(const Picture& in) {
 
 /// Share of the power of the error in frequencies below 1/8 per pixel: 49 of 1024 waves, so that
 /// white noise has 0.048.
-double low_power_share(const Picture& error) {
+double low_power_share(const Image& error) {
     double low = 0, all = 0;
     for (const double e : error) all += e * e;
     for (int fy = -size / 8; fy <= size / 8; ++fy) {
@@ -131,7 +131,7 @@ struct Integrand {
     const char* name;
     double mean;
     std::function<double(const PixelSampler&)> value;
-    double least_gain;  ///< of squared errors after the blur, at 1, 4 and 16 samples
+    double min_gain;  ///< of squared errors after the blur, at 1, 4 and 16 samples
 };
 
 const std::vector<Integrand>& integrands() {
@@ -163,9 +163,9 @@ const std::vector<Integrand>& integrands() {
     return all;
 }
 
-/// Pictures of the error: mean of n samples less the integral.
-Picture error_picture(const Integrand& f, SamplerKind kind, uint64_t seed, uint64_t samples) {
-    Picture out;
+/// Images of the error: mean of n samples less the integral.
+Image error_image(const Integrand& f, SamplerKind kind, uint64_t seed, uint64_t samples) {
+    Image out;
     for (int y = 0; y < size; ++y) {
         for (int x = 0; x < size; ++x) {
             double sum = 0;
@@ -177,13 +177,13 @@ Picture error_picture(const Integrand& f, SamplerKind kind, uint64_t seed, uint6
     return out;
 }
 
-double mean_square(const Picture& p) {
+double mean_square(const Image& p) {
     double sum = 0;
     for (const double v : p) sum += v * v;
     return sum / double(p.size());
 }
 
-TEST(BlueNoise, ErrorsOfNeighboursMakeUpForEachOther) {
+TEST(BlueNoise, ErrorsOfNeighborsMakeUpForEachOther) {
     constexpr int runs = 24;
     for (const Integrand& f : integrands()) {
         for (const uint64_t samples : {1u, 2u, 4u, 8u, 16u}) {
@@ -192,9 +192,9 @@ TEST(BlueNoise, ErrorsOfNeighboursMakeUpForEachOther) {
             double filtered[2] = {0, 0}, low[2] = {0, 0}, bias = 0;
             for (int r = 0; r < runs; ++r) {
                 for (const int blue : {0, 1}) {
-                    const Picture e =
-                        error_picture(f, blue ? SamplerKind::BlueNoise : SamplerKind::Sobol,
-                                      uint64_t(r) + 100, samples);
+                    const Image e =
+                        error_image(f, blue ? SamplerKind::BlueNoise : SamplerKind::Sobol,
+                                    uint64_t(r) + 100, samples);
                     pixel[blue].push_back(mean_square(e));
                     filtered[blue] += mean_square(blurred(e)) / runs;
                     low[blue] += low_power_share(e) / runs;
@@ -218,8 +218,8 @@ TEST(BlueNoise, ErrorsOfNeighboursMakeUpForEachOther) {
                 low[1], low[0]);
             EXPECT_LE(std::abs(mean[1] - mean[0]), 4.5 * std::sqrt(error2)) << f.name;
             EXPECT_LE(std::abs(bias), 5.0 * std::sqrt(mean[0] / (runs * size * size))) << f.name;
-            EXPECT_GE(gain, f.least_gain) << f.name << ", " << samples;
-            if (f.least_gain > 1.0) {
+            EXPECT_GE(gain, f.min_gain) << f.name << ", " << samples;
+            if (f.min_gain > 1.0) {
                 EXPECT_LT(low[1], 0.9 * low[0]) << f.name;
             }
         }

@@ -16,7 +16,7 @@ struct ChiSquare {
     double expected_total = 0;
 };
 
-/// Compares counts with expected counts; neighbouring cells are pooled until each expects at
+/// Compares counts with expected counts; neighboring cells are pooled until each expects at
 /// least 5.
 inline ChiSquare chi_square(std::span<const double> counts, std::span<const double> expected) {
     ChiSquare r;

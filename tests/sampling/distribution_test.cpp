@@ -120,9 +120,9 @@ double worst_mass_error(const std::vector<float>& weights, size_t width, size_t 
     for (size_t y = 0; y < height; ++y) {
         for (size_t x = 0; x < width; ++x) {
             const double w = double(weights[y * width + x]);
-            const Vec2d centre((double(x) + 0.5) / double(width),
+            const Vec2d center((double(x) + 0.5) / double(width),
                                (double(y) + 0.5) / double(height));
-            const double mass = d.pdf(centre) / double(width * height);
+            const double mass = d.pdf(center) / double(width * height);
             if (w == 0) {
                 if (mass != 0) return 1;
             } else {

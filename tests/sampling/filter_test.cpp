@@ -142,7 +142,7 @@ TEST(H49NegativeLobes, OvershootOfAStepIsThatOfTheFilter) {
     // beside it
     const PixelFilter filter(FilterKind::Mitchell);
     constexpr int n = 1 << 9;
-    double worst = 0, most = 0;
+    double worst = 0, max = 0;
     for (int step = -20; step <= 20; ++step) {
         const double x = step / 8.0;
         double seen = 0, weights = 0;
@@ -154,12 +154,12 @@ TEST(H49NegativeLobes, OvershootOfAStepIsThatOfTheFilter) {
             if (double(s.offset.x) < x) seen += double(s.weight);
         }
         worst = hardcase::larger(worst, std::abs(seen / weights - mitchell_integral(x)));
-        most = hardcase::larger(most, seen / weights);
+        max = hardcase::larger(max, seen / weights);
     }
     hardcase::expect_within({"a step by Mitchell's filter, at 41 places, from its integral", worst,
                              2e-3, 0, "closed form"});
     hardcase::expect_within({"overshoot of a step by Mitchell's filter, from 0.0174",
-                             std::abs(most - mitchell_integral(9.0 / 8)), 2e-3, 0, "closed form"});
+                             std::abs(max - mitchell_integral(9.0 / 8)), 2e-3, 0, "closed form"});
 }
 
 TEST(PixelFilter, NamesRoundTrip) {

@@ -186,7 +186,7 @@ TEST(PixelSampler, OneDimensionIsStratified) {
     for (const int c : count) ASSERT_EQ(c, 1);
 }
 
-// The last of 2^20 samples of the last pixel of an 8k picture, and beyond 32 bits of index
+// The last of 2^20 samples of the last pixel of an 8k image, and beyond 32 bits of index
 TEST(H42LargeIndices, AreDistinctAndInRange) {
     std::set<std::pair<float, float>> seen;
     std::vector<Vec2> points;
@@ -252,7 +252,7 @@ TEST(H44Streams, AreUncorrelatedOverPixels) {
                                          (largest_of_all_pairs + 1.28) / std::sqrt(double(n)))});
 }
 
-// Over the samples of one pixel neighbours in a net are antithetic in every stream, so that n
+// Over the samples of one pixel neighbors in a net are antithetic in every stream, so that n
 // numbers hold n / 2 independent pairs: the bound is that of n / 2 draws
 TEST(H44Streams, AreUncorrelatedOverSamples) {
     const size_t n = hardcase::sized(4096, 1 << 16, 1 << 18);
@@ -282,7 +282,7 @@ TEST(H44Streams, PixelsShareNoPoint) {
     }
 }
 
-// The same number across neighbouring pixels, seeds, repeats and the two halves: sample by sample
+// The same number across neighboring pixels, seeds, repeats and the two halves: sample by sample
 // independent
 TEST(PixelSampler, PixelsSeedsRepeatsAndHalvesAreIndependent) {
     constexpr size_t n = 4096;

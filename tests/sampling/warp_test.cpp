@@ -97,7 +97,7 @@ TEST(Warp, ConcentricDiskInFloatFollowsDouble) {
         ASSERT_NEAR(d.x, std::cos(a * pi_d / 4.0), 3e-16);
         ASSERT_NEAR(d.y, std::sin(a * pi_d / 4.0), 3e-16);
     }
-    // Squares about the centre become circles
+    // Squares about the center become circles
     EXPECT_EQ(concentric_disk(Vec2d(0.5, 0.5)), Vec2d(0.0));
     EXPECT_EQ(concentric_disk(Vec2d(1.0, 0.5)), Vec2d(1.0, 0.0));
     EXPECT_NEAR(concentric_disk(Vec2d(0.75, 0.75)).length(), 0.5, 1e-15);

@@ -79,7 +79,7 @@ TEST(Anisotropy, WidthsFollowOpenPbr) {
         EXPECT_NEAR(double(alpha.y / alpha.x), 1 - double(a), 1e-6);
         EXPECT_NEAR(double(alpha.x * alpha.x + alpha.y * alpha.y), 2 * std::pow(0.6, 4), 1e-6);
     }
-    EXPECT_EQ(anisotropic_alpha(0.6f, 1.0f).y, least_alpha);
+    EXPECT_EQ(anisotropic_alpha(0.6f, 1.0f).y, min_alpha);
 }
 
 TEST(Anisotropy, DistributionAgreesWithLongDouble) {
@@ -176,7 +176,7 @@ TEST(AnisotropicAlbedo, RangesAgreeWithQuadratureToo) {
             };
             const float x = between(k.range.alpha_low, k.range.alpha_high);
             const float ratio = between(k.range.ratio_low, k.range.ratio_high);
-            const Vec2 alpha(x, std::min(std::max(x * ratio, least_alpha), x));
+            const Vec2 alpha(x, std::min(std::max(x * ratio, min_alpha), x));
             const AnisotropicAlbedo::Curve curve = albedo.curve(alpha);
             const double mu = 0.01 + 0.99 * std::pow(double(random.uniform()), 2);
             const double phi = 2 * pi_d * double(random.uniform());

@@ -120,7 +120,7 @@ TEST(BsdfEnergy, HalfOpaqueWhiteKeepsOneFromBothSides) {
 }
 
 TEST(H20Energy, NothingReflectsMoreThanOne) {
-    double most = 0;
+    double max = 0;
     TestRandom random(31);
     for (int i = 0; i < 60; ++i) {
         SurfaceParameters p;
@@ -136,11 +136,11 @@ TEST(H20Energy, NothingReflectsMoreThanOne) {
             direction(0.02 + 0.98 * double(random.uniform())) * (i % 2 == 0 ? 1.0f : -1.0f);
         const Bsdf bsdf(p, up, up, wo);
         const auto e = energy(bsdf, wo, double(std::min(p.alpha, p.clearcoat_alpha)), 96);
-        most = hardcase::larger(most, e.total());
+        max = hardcase::larger(max, e.total());
         EXPECT_LE(e.total(), double(bsdf.albedo().y) + 5e-3) << i;
     }
     hardcase::expect_within({"60 random surfaces: what R + T exceeds 1 by",
-                             hardcase::larger(0.0, most - 1), 1e-3, 0, "quadrature in double"});
+                             hardcase::larger(0.0, max - 1), 1e-3, 0, "quadrature in double"});
 }
 
 // A clear coat over white loses what a specular base reflects between the two, and nothing else

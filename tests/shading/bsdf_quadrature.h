@@ -59,7 +59,7 @@ inline Energy energy(const Bsdf& bsdf, const Vec3& wo, double alpha, int order =
             add(Vec3d(r * std::cos(2 * pi_d * u), r * std::sin(2 * pi_d * u), z), weight);
         }
     }
-    // Every delta lobe shows up once along u_lobe; its probability tells it from its neighbours
+    // Every delta lobe shows up once along u_lobe; its probability tells it from its neighbors
     float last = -1;
     for (int i = 0; i < 2000; ++i) {
         const auto s = bsdf.sample_f(wo, (float(i) + 0.5f) / 2000, Vec2(0.4f, 0.6f));

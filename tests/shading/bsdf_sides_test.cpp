@@ -72,7 +72,7 @@ TEST(H16ShadingNormals, TransmissionAlwaysCrosses) {
 }
 
 TEST(H16ShadingNormals, GainNoEnergy) {
-    double most = 0;
+    double max = 0;
     for (const double alpha : {0.0, 0.1, 0.5}) {
         for (const double tilt : {0.0, 10.0, 45.0, 80.0, 89.9}) {
             for (const double mu : {0.05, 0.4, 1.0}) {
@@ -82,14 +82,14 @@ TEST(H16ShadingNormals, GainNoEnergy) {
                     p.alpha = float(alpha);
                     const Vec3 wo = direction(mu, phi);
                     const Bsdf bsdf(p, up, tilted(tilt), wo);
-                    most = hardcase::larger(
-                        most, testing::energy(bsdf, wo, std::max(alpha, 0.1)).total());
+                    max = hardcase::larger(max,
+                                           testing::energy(bsdf, wo, std::max(alpha, 0.1)).total());
                 }
             }
         }
     }
     hardcase::expect_within({"what a furnace exceeds 1 by, normals tilted to 89.9 degrees",
-                             hardcase::larger(0.0, most - 1), 1e-3, 0, "quadrature in double"});
+                             hardcase::larger(0.0, max - 1), 1e-3, 0, "quadrature in double"});
 }
 
 // No mirror image of the viewer is swallowed by a normal map, and none is gained

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lobes of fibres against light traced through a cylinder, quadrature and samples.
+// Lobes of fibers against light traced through a cylinder, quadrature and samples.
 #include "shading/hair.h"
 
 #include "../sampling/chi_square.h"
@@ -19,13 +19,13 @@ namespace {
 using sampling::testing::chi_square;
 using sampling::testing::TestRandom;
 
-/// Direction of a sine along the fibre and an angle around it.
+/// Direction of a sine along the fiber and an angle around it.
 Vec3 direction(double sine, double phi) {
     const double cosine = std::sqrt(std::max(0.0, 1.0 - sine * sine));
     return {float(sine), float(cosine * std::cos(phi)), float(cosine * std::sin(phi))};
 }
 
-HairParameters fibre(float roughness, float azimuthal, float tilt = 0.0f) {
+HairParameters fiber(float roughness, float azimuthal, float tilt = 0.0f) {
     HairParameters p;
     p.roughness = roughness;
     p.azimuthal_roughness = azimuthal;
@@ -53,7 +53,7 @@ TEST(Hair, AgreesWithLightThroughACylinder) {
         const Vec3 wo = direction(sine, phi);
         // The normal from which the view is turned by `turn`
         const Vec3d n(0.0, std::cos(phi - turn), std::sin(phi - turn));
-        HairParameters p = fibre(0.3f, 0.3f);
+        HairParameters p = fiber(0.3f, 0.3f);
         p.sigma_a = Rgb(0.0f, 0.3f, 2.0f);
         const HairLobes lobes(p, float(std::sin(turn)));
         const HairLobes::View view = lobes.view(wo);
@@ -120,7 +120,7 @@ TEST(Hair, WhiteFurnaceIsOne) {
             const int rows = roughness < 0.2f ? 900 : 200, columns = azimuthal < 0.1f ? 1200 : 160;
             for (const double sine : {0.0, 0.7, -0.98}) {
                 for (const float h : {0.0f, -0.6f, 0.99f}) {
-                    const HairLobes lobes(fibre(roughness, azimuthal, 0.035f), h);
+                    const HairLobes lobes(fiber(roughness, azimuthal, 0.035f), h);
                     const HairLobes::View view = lobes.view(direction(sine, 0.4));
                     const double all = over_sphere(
                         [&](const Vec3& wi) { return double(lobes.evaluate(view, wi).f_cosine.y); },
@@ -136,7 +136,7 @@ TEST(Hair, WhiteFurnaceIsOne) {
 }
 
 TEST(Hair, WhatIsAbsorbedIsMissing) {
-    HairParameters p = fibre(0.3f, 0.3f, 0.035f);
+    HairParameters p = fiber(0.3f, 0.3f, 0.035f);
     p.sigma_a = absorption_of_melanin(0.6f, 0.4f);
     for (const float h : {-0.8f, 0.1f, 0.9f}) {
         const HairLobes lobes(p, h);
@@ -155,7 +155,7 @@ TEST(Hair, SamplesFollowThePdf) {
     for (const float roughness : {0.15f, 0.3f, 1.0f}) {
         for (const float azimuthal : {0.15f, 0.4f, 1.0f}) {
             for (const float h : {0.0f, 0.7f, -0.95f}) {
-                HairParameters p = fibre(roughness, azimuthal, 0.035f);
+                HairParameters p = fiber(roughness, azimuthal, 0.035f);
                 p.sigma_a = Rgb(0.1f, 0.4f, 1.5f);
                 const HairLobes lobes(p, h);
                 const HairLobes::View view = lobes.view(direction(h < 0.0f ? 0.93 : -0.3, 2.0));
@@ -198,9 +198,9 @@ TEST(Hair, SamplesFollowThePdf) {
                 100 * sampling::testing::smallest_detectable(count, rows * columns));
 }
 
-// Untilted fibres as a whole, between directions of the same angle to the fibre
+// Untilted fibers as a whole, between directions of the same angle to the fiber
 TEST(Hair, IsReciprocalWithinACone) {
-    HairParameters p = fibre(0.4f, 0.5f);
+    HairParameters p = fiber(0.4f, 0.5f);
     p.sigma_a = Rgb(0.2f);
     const auto across = [&](const Vec3& wo, const Vec3& wi) {
         double sum = 0;
@@ -238,7 +238,7 @@ TEST(HairBsdf, IsTheLobesWhateverTheFrame) {
     for (int i = 0; i < 2000; ++i) {
         const Vec3 wo = normalize(
             Vec3(random.uniform() - 0.5f, random.uniform() - 0.5f, random.uniform() - 0.5f));
-        HairParameters p = fibre(0.3f, 0.3f, 0.035f);
+        HairParameters p = fiber(0.3f, 0.3f, 0.035f);
         p.sigma_a = Rgb(0.1f, 0.2f, 0.9f);
         const Bsdf bsdf(p, 2.0f * random.uniform() - 1.0f, along, ng, wo);
         ASSERT_TRUE(bsdf.has_non_delta() && bsdf.has_transmission() && bsdf.is_hair());
@@ -261,7 +261,7 @@ TEST(HairBsdf, NothingIsEverNan) {
     const float edges[] = {0.0f, 0.5f, 0x1.fffffep-1f};
     for (int i = 0; i < 50000; ++i) {
         HairParameters p;
-        const float widths[] = {least_hair_roughness, 0.1f, 0.3f, 1.0f};
+        const float widths[] = {min_hair_roughness, 0.1f, 0.3f, 1.0f};
         p.roughness = widths[random.bits() % 4];
         p.azimuthal_roughness = widths[random.bits() % 4];
         const float sigmas[] = {0.0f, 0.1f, 1.0f, 1e4f};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Prints src/shading/generated/albedo_tables.cpp. Run it only when the parametrisation in
+// Prints src/shading/generated/albedo_tables.cpp. Run it only when the parametrization in
 // src/shading/albedo.h changes.
 #include "albedo_quadrature.h"
 #include "shading/albedo.h"

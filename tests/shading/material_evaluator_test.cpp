@@ -102,7 +102,7 @@ TEST(MaterialEvaluator, PatternsMoveWithTheirMesh) {
     }
 }
 
-// The specification's F0: ((1 − ior)/(1 + ior))², or the base colour of metals, or specularColor
+// The specification's F0: ((1 − ior)/(1 + ior))², or the base color of metals, or specularColor
 TEST(MaterialEvaluator, WorkflowsGiveTheirReflectanceAtNormalIncidence) {
     Stage stage;
     stage.material().diffuse_color = Input(Rgb(0.9f, 0.5f, 0.1f));
@@ -165,7 +165,7 @@ TEST(MaterialEvaluator, AnisotropyWithoutCoordinatesHasAFixedDirection) {
               2 * bsdf.f(up, normalize(up + across * 0.5f)).y);
 }
 
-TEST(MaterialEvaluator, AbsorptionIsThatOfColourAndDepth) {
+TEST(MaterialEvaluator, AbsorptionIsThatOfColorAndDepth) {
     Stage stage;
     stage.material().opacity = Input(0.0f);
     stage.material().roughness = Input(0.0f);
@@ -173,7 +173,7 @@ TEST(MaterialEvaluator, AbsorptionIsThatOfColourAndDepth) {
     stage.material().transmission_depth = 2.0f;
     const MaterialEvaluator e(stage.scene, stage.diagnostics);
     EXPECT_TRUE(e.has_absorption());
-    EXPECT_TRUE(e.bounds_body(0));
+    EXPECT_TRUE(e.bounds_solid(0));
     EXPECT_NEAR(double(e.extinction(0).x), std::log(2.0) / 2, 1e-6);
     EXPECT_EQ(e.extinction(0).y, 0.0f);
     EXPECT_TRUE(std::isinf(e.extinction(0).z));
@@ -192,7 +192,7 @@ TEST(MaterialEvaluator, AbsorptionIsThatOfColourAndDepth) {
     stage.material().transmission_depth = 2.0f;
     const MaterialEvaluator thin(stage.scene, stage.diagnostics);
     EXPECT_FALSE(thin.has_absorption());
-    EXPECT_FALSE(thin.bounds_body(0));
+    EXPECT_FALSE(thin.bounds_solid(0));
     EXPECT_TRUE(thin.material_is_see_through(0));
     EXPECT_EQ(stage.diagnostics.all().size(), 0u);
     stage.material().thin_walled = false;
@@ -201,7 +201,7 @@ TEST(MaterialEvaluator, AbsorptionIsThatOfColourAndDepth) {
     EXPECT_EQ(stage.diagnostics.all().size(), 1u);
 }
 
-TEST(MaterialEvaluator, PaperTakesItsDiffuseColourWhereNoneIsGiven) {
+TEST(MaterialEvaluator, PaperTakesItsDiffuseColorWhereNoneIsGiven) {
     Stage stage;
     stage.material().has_specular = false;
     stage.material().diffuse_color = Input(Rgb(0.8f, 0.4f, 0.2f));

@@ -81,7 +81,7 @@ TEST(RoughDiffuse, IsOrenNayarsBrightEdge) {
 }
 
 TEST(RoughDiffuse, UnderADielectricItGainsNothing) {
-    double most = 0;
+    double max = 0;
     for (const float alpha : {0.01f, 0.25f, 1.0f}) {
         for (const double mu : cosines) {
             SurfaceParameters p;
@@ -90,12 +90,12 @@ TEST(RoughDiffuse, UnderADielectricItGainsNothing) {
             p.diffuse_roughness = 1;
             const Vec3 wo = direction(mu);
             const double e = energy(Bsdf(p, up, up, wo), wo, double(alpha)).total();
-            most = std::max(most, e);
+            max = std::max(max, e);
             EXPECT_GT(e, 0.97) << alpha << " " << mu;
         }
     }
-    std::printf("most that a white rough base under a dielectric reflects: %.4f\n", most);
-    EXPECT_LT(most, 1.001);
+    std::printf("most that a white rough base under a dielectric reflects: %.4f\n", max);
+    EXPECT_LT(max, 1.001);
 }
 
 // Estevez & Kulla 2017, "Production Friendly Microfacet Sheen BRDF"; Neubelt & Pettineo 2013

@@ -12,8 +12,8 @@
 
 namespace velatura::shading::testing {
 
-/// Pictures in any format and with any header, written by OpenImageIO itself.
-class PictureFolder : public TemporaryFolder {
+/// Images in any format and with any header, written by OpenImageIO itself.
+class ImageFolder : public TemporaryFolder {
   public:
     /// pixels[height][width][channels], row 0 = top; attributes are strings of the file's header.
     std::string write(const std::string& name,

@@ -17,7 +17,7 @@ namespace {
 
 using scene::SourceColorSpace;
 using scene::Wrap;
-using testing::PictureFolder;
+using testing::ImageFolder;
 
 scene::Texture texture(const std::string& file,
                        SourceColorSpace space = SourceColorSpace::Raw,
@@ -40,7 +40,7 @@ class Textures : public ::testing::Test {
         return cache.lookup(h, Vec2(float(s), float(t)), Vec2(0.0f));
     }
 
-    PictureFolder folder;
+    ImageFolder folder;
     Diagnostics diagnostics;
     TextureCache cache{size_t(64) << 20};
 };
@@ -68,7 +68,7 @@ std::vector<float> codes(size_t count) {
     return v;
 }
 
-TEST_F(Textures, TexelsAreExactAtTheirCentresFromTheLowerLeft) {
+TEST_F(Textures, TexelsAreExactAtTheirCentersFromTheLowerLeft) {
     constexpr int w = 8, h = 4;
     const std::vector<float> pixels = codes(w * h * 3);
     const auto handle = open(texture(folder.write("rgb.png", w, h, 3, OIIO::TypeUInt8, pixels)));
@@ -85,7 +85,7 @@ TEST_F(Textures, TexelsAreExactAtTheirCentresFromTheLowerLeft) {
     EXPECT_EQ(diagnostics.error_count(), 0u);
 }
 
-TEST_F(Textures, BilinearBetweenCentres) {
+TEST_F(Textures, BilinearBetweenCenters) {
     const auto handle =
         open(texture(folder.write("two.exr", 2, 1, 3, OIIO::TypeFloat, {0, 0, 0, 8, 4, 2})));
     const TexelRgba c = at(handle, 0.375, 0.5);
@@ -102,7 +102,7 @@ TEST_F(Textures, ChannelsWidenToRgba) {
     for (size_t k = 0; k < 3; ++k) {
         EXPECT_NEAR(double(a[k]), 0.2, 1e-6);
         EXPECT_NEAR(double(b[k]), 0.2, 1e-6);
-        // Straight alpha: colours are not multiplied
+        // Straight alpha: colors are not multiplied
         EXPECT_NEAR(double(d[k]), 0.2 * double(k + 1), 1e-6);
     }
     EXPECT_EQ(a[3], 1.0f);
@@ -144,7 +144,7 @@ TEST_F(Textures, FilteringHappensAfterDecoding) {
     EXPECT_NEAR(double(cache.lookup(handle, Vec2(0.3f, 0.6f), Vec2(100.0f))[0]), 0.5, 0.01);
 }
 
-TEST_F(Textures, AutoDecodesOnlyEightBitColour) {
+TEST_F(Textures, AutoDecodesOnlyEightBitColor) {
     const auto gray = open(
         texture(folder.write("g.png", 1, 1, 1, OIIO::TypeUInt8, {0.5f}), SourceColorSpace::Auto));
     const auto wide =
@@ -260,7 +260,7 @@ TEST_F(Textures, BrokenFilesCostOneErrorAndGiveTheFallback) {
 }
 
 /// Of a known kind under the name of another; nothing else is tried on what is neither.
-TEST_F(Textures, PicturesUnderAWrongNameAreReadByWhatTheyBeginWith) {
+TEST_F(Textures, ImagesUnderAWrongNameAreReadByWhatTheyBeginWith) {
     const std::string path = folder.write("real.png", 1, 1, 3, OIIO::TypeUInt8, {1, 0, 1});
     const std::string misnamed = folder.file("misnamed.jpg");
     std::filesystem::rename(path, misnamed);
@@ -333,7 +333,7 @@ TEST_F(H52Textures, UdimTilesAndGaps) {
     EXPECT_EQ(diagnostics.error_count(), 1u);
 }
 
-TEST_F(Textures, PicturesInPackagesAreReadFromMemory) {
+TEST_F(Textures, ImagesInPackagesAreReadFromMemory) {
     const std::vector<float> pixels = codes(4 * 4 * 3);
     const auto bytes_of = [&](const std::string& name, OIIO::TypeDesc format) {
         std::ifstream in(folder.write(name, 4, 4, 3, format, pixels), std::ios::binary);
@@ -375,7 +375,7 @@ TEST_F(Textures, PicturesInPackagesAreReadFromMemory) {
     }
 }
 
-TEST_F(Textures, PackedPicturesAreReadInAnyOrderOfTheirLines) {
+TEST_F(Textures, PackedImagesAreReadInAnyOrderOfTheirLines) {
     constexpr int size = 200;
     const std::vector<float> pixels = codes(size_t(size) * size * 3);
     std::vector<velatura::testing::ZipEntry> entries;
@@ -399,7 +399,7 @@ TEST_F(Textures, PackedPicturesAreReadInAnyOrderOfTheirLines) {
     EXPECT_EQ(diagnostics.error_count(), 0u);
 }
 
-TEST_F(Textures, RefusesPicturesTooWide) {
+TEST_F(Textures, RefusesImagesTooWide) {
     // A PBM header alone tells the size
     const std::string path =
         folder.write_text("wide.pgm", "P5\n2000000 1\n255\n" + std::string(2000000, 'x'));

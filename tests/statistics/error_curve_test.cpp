@@ -2,7 +2,7 @@
 // Curves of known slope: what is read off them, and where they are said to arrive.
 #include "statistics/error_curve.h"
 
-#include "statistics/picture_change.h"
+#include "statistics/image_change.h"
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ using statistics::ErrorCurve;
 using statistics::ErrorForecast;
 using statistics::ErrorObservation;
 
-/// An observation of a picture of uniform samples, known to within `deviation`.
+/// An observation of an image of uniform samples, known to within `deviation`.
 ErrorObservation seen(uint64_t samples, double error, double deviation = 1e-4) {
     ErrorObservation o;
     o.samples_min = o.samples_max = samples;
@@ -28,7 +28,7 @@ ErrorObservation seen(uint64_t samples, double error, double deviation = 1e-4) {
     return o;
 }
 
-/// Doublings up to `last` of a picture whose error is `level` at one sample.
+/// Doublings up to `last` of an image whose error is `level` at one sample.
 ErrorCurve curve_of(double level, double slope, uint64_t last) {
     ErrorCurve curve;
     for (uint64_t n = 2; n <= last; n *= 2) {
@@ -58,7 +58,7 @@ TEST(ErrorCurve, ReadsSlopesAndErrorsOffChanges) {
         for (const double factor : {1.5, 2.0, 4.0, 7.5}) {
             const ErrorForecast f = curve.forecast(level * std::pow(64 * factor, -slope));
             ASSERT_EQ(f.kind, ErrorForecast::Kind::Known);
-            // The slopes of other pictures have a say
+            // The slopes of other images have a say
             EXPECT_NEAR(f.samples, 64 * factor, 0.14 * 64 * factor) << slope;
             EXPECT_LE(f.samples_low, 64 * factor);
             EXPECT_GE(f.samples_high, 64 * factor);
@@ -113,7 +113,7 @@ TEST(ErrorCurve, OfALowerBoundTheForecastIsOneToo) {
     }
 }
 
-TEST(ErrorCurve, PicturesWithoutNoiseHaveNoCurve) {
+TEST(ErrorCurve, ImagesWithoutNoiseHaveNoCurve) {
     ErrorCurve curve;
     curve.add(seen(2, 0));
     EXPECT_TRUE(curve.is_empty());
@@ -129,10 +129,10 @@ TEST(ErrorCurve, BetweenPowersOfTwoTheErrorFallsAsThatOfIndependentSamples) {
 /// What places samples lowers the error at once; that is no slope.
 TEST(ErrorCurve, OtherPlacementOfSamplesIsNoSlope) {
     ErrorCurve curve;
-    const auto add = [&](uint64_t n, double factor, uint64_t least, uint64_t most) {
+    const auto add = [&](uint64_t n, double factor, uint64_t min, uint64_t max) {
         ErrorObservation o = seen(n, factor * 0.08 / std::sqrt(double(n)));
-        o.samples_min = least;
-        o.samples_max = most;
+        o.samples_min = min;
+        o.samples_max = max;
         curve.add(o);
     };
     for (const uint64_t n : {2, 4, 8, 16}) add(n, 1, n, n);

@@ -48,7 +48,7 @@ TEST(Knobs, ApproximationsAreHeldAgainstTheExactValue) {
     EXPECT_EQ(settings[1].anchor, 1u);
     for (size_t i = 2; i < settings.size(); ++i) {
         EXPECT_EQ(settings[i].anchor, 1u);
-        EXPECT_EQ(settings[i].promise, Promise::Approximates);
+        EXPECT_EQ(settings[i].bias_class, BiasClass::Biased);
         EXPECT_NE(settings[i].value, "6") << "what is there already";
     }
 }
@@ -103,8 +103,8 @@ TEST(Experiments, GoOnFromWhatWasStored) {
     (void)parts.run(fake);
     for (size_t i = 0; i < whole.settings.size(); ++i) {
         EXPECT_EQ(whole.tallies.settings[i].rounds, parts.tallies.settings[i].rounds);
-        EXPECT_EQ(whole.tallies.settings[i].at(64)->picture.sum,
-                  parts.tallies.settings[i].at(64)->picture.sum);
+        EXPECT_EQ(whole.tallies.settings[i].at(64)->image.sum,
+                  parts.tallies.settings[i].at(64)->image.sum);
         EXPECT_EQ(whole.tallies.settings[i].difference.square,
                   parts.tallies.settings[i].difference.square);
     }
@@ -118,13 +118,13 @@ TEST(Experiments, WhatCannotBeRenderedIsLeftOutWithAReason) {
         return fake(request);
     };
     ASSERT_TRUE(run_experiments(s.settings, s.options, picky, {}, s.tallies));
-    EXPECT_EQ(s.tallies.settings[1].refusal, "no such way");
+    EXPECT_EQ(s.tallies.settings[1].rejection, "no such way");
     EXPECT_EQ(s.tallies.settings[0].rounds.size(), 12u);
 }
 
 TEST(Experiments, WhatIsSettledLeavesTheTimeToTheRest) {
     FakeStudy s({{"way", "--way", {{"a"}, {"b"}, {"c"}}},
-                 {"kind", "--kind", {{"a", Promise::Changes}, {"b", Promise::Changes}}}});
+                 {"kind", "--kind", {{"a", BiasClass::Changes}, {"b", BiasClass::Changes}}}});
     FakeRenderer fake;
     fake.settings["--way b"] = {.noise = 2};
     const Report report = s.run(fake);
@@ -136,7 +136,7 @@ TEST(Experiments, WhatIsSettledLeavesTheTimeToTheRest) {
 }
 
 /// Rounds differ in how noisy they are: what took part in few of them must not look noisier for it.
-TEST(Experiments, ASettledSettingOfTheSamePictureHasItsNoise) {
+TEST(Experiments, ASettledSettingOfTheSameImageHasItsNoise) {
     FakeStudy s({{"tree", "--tree", {{"good"}, {"other"}}}});
     FakeRenderer fake;
     fake.settings["--tree other"] = {.is_same = true};
@@ -153,20 +153,20 @@ TEST(Experiments, ASettledSettingOfTheSamePictureHasItsNoise) {
     EXPECT_EQ(other.verdict, Verdict::NoDifference);
 }
 
-TEST(Experiments, TheGridFitsIntoTheTimeAndThePicture) {
+TEST(Experiments, TheGridFitsIntoTheTimeAndTheImage) {
     FakeStudy s(one_choice);
     FakeRenderer fake;
     s.options.time_s = 0;
-    const Result<Grid> least = choose_grid(s.settings, s.options, std::ref(fake));
-    ASSERT_TRUE(least.has_value());
-    EXPECT_NEAR(double(least->pixels()), 96, 12);
-    EXPECT_NEAR(double(least->width) / least->height, 1.5, 0.1);
+    const Result<Grid> min = choose_grid(s.settings, s.options, std::ref(fake));
+    ASSERT_TRUE(min.has_value());
+    EXPECT_NEAR(double(min->pixels()), 96, 12);
+    EXPECT_NEAR(double(min->width) / min->height, 1.5, 0.1);
     s.options.time_s = 1e6;
     s.options.width = 20;
     s.options.height = 10;
-    const Result<Grid> most = choose_grid(s.settings, s.options, std::ref(fake));
-    ASSERT_TRUE(most.has_value());
-    EXPECT_EQ(*most, (Grid{20, 10}));
+    const Result<Grid> max = choose_grid(s.settings, s.options, std::ref(fake));
+    ASSERT_TRUE(max.has_value());
+    EXPECT_EQ(*max, (Grid{20, 10}));
 }
 
 }  // namespace velatura::test

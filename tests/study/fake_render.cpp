@@ -17,7 +17,7 @@ Result<study::RenderRun> FakeRenderer::operator()(const study::RenderRequest& re
     const size_t pixels = request.grid.pixels();
     study::RenderRun run;
     run.setup_s = s.setup_s;
-    // The same picture: the numbers of the render as it is
+    // The same image: the numbers of the render as it is
     std::mt19937_64 numbers(
         hash_combine(request.seed, hash_string(s.is_same ? std::string() : request.options)));
     std::mt19937_64 times(hash_combine(request.seed + 1, hash_string(request.options)));

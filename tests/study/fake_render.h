@@ -15,7 +15,7 @@ struct FakeSetting {
     double time = 1;       ///< over that of the render as it is
     double scale = 1;      ///< of the mean
     double tilt = 0;       ///< moves energy from one half of the pixels to the other, none is lost
-    bool is_same = false;  ///< the very picture of the render as it is
+    bool is_same = false;  ///< the very image of the render as it is
     double slope = -0.5;
     double setup_s = 0;
 };
@@ -32,7 +32,7 @@ struct FakeRenderer {
     Result<study::RenderRun> operator()(const study::RenderRequest& request);
 };
 
-/// The study of a picture of 480 × 320 pixels with a grid of 48 × 32 and some knobs.
+/// The study of an image of 480 × 320 pixels with a grid of 48 × 32 and some knobs.
 struct FakeStudy {
     std::vector<study::Knob> knobs;
     study::Facts facts;

@@ -39,7 +39,7 @@ namespace {
 
 Report some_report(double way_b_time) {
     FakeStudy s({{"way", "--way", {{"a"}, {"b"}}},
-                 {"depth", "--depth", {{"4", Promise::Approximates}, {"0"}}, "0"}});
+                 {"depth", "--depth", {{"4", BiasClass::Biased}, {"0"}}, "0"}});
     FakeRenderer r;
     r.settings["--way b"] = {.time = way_b_time};
     r.settings["--depth 0"] = {.scale = 1.02};
@@ -72,7 +72,7 @@ TEST(Html, IsOneFileThatAsksForNoOther) {
     }
     EXPECT_EQ(count(html, "nan"), 0u);
     EXPECT_EQ(count(html, "<b>&"), 0u) << "names are not markup";
-    // One plot of all settings and one for each knob; the picture, its noise, its time and its bias
+    // One plot of all settings and one for each knob; the image, its noise, its time and its bias
     EXPECT_EQ(count(html, "<svg"), 3u);
     EXPECT_EQ(count(html, "<img"), 4u);
 }
@@ -133,7 +133,7 @@ TEST(Png, HoldsThePixels) {
         EXPECT_EQ(bytes.get()[i], image::display_byte(rgb[i])) << i;
 }
 
-TEST(Plots, ArePicturesOfTheirOwn) {
+TEST(Plots, AreImagesOfTheirOwn) {
     const std::vector<ReportPlot> plots = report_plots(some_report(2));
     ASSERT_EQ(plots.size(), 3u);
     EXPECT_EQ(plots[0].name, "all");
@@ -146,7 +146,7 @@ TEST(Plots, ArePicturesOfTheirOwn) {
             &std::free);
         ASSERT_TRUE(bytes);
         EXPECT_EQ(width, 1200);
-        // Where the page has a dot, the picture has its color
+        // Where the page has a dot, the image has its color
         const PlotDrawing drawing = plot.drawing();
         for (const PlotDrawing::Dot& d : drawing.dots) {
             if (d.color != 0) continue;

@@ -13,8 +13,8 @@ namespace velatura::test {
 
 namespace {
 
+using study::BiasClass;
 using study::Knob;
-using study::Promise;
 using study::Verdict;
 
 const std::vector<Knob> two_choices = {{"way", "--way", {{"a"}, {"b"}, {"c"}}},
@@ -23,10 +23,8 @@ const std::vector<Knob> two_choices = {{"way", "--way", {{"a"}, {"b"}, {"c"}}},
 }  // namespace
 
 TEST(Report, NoiseBiasAndTimeAreThoseOfTheRenders) {
-    FakeStudy s({{"depth",
-                  "--depth",
-                  {{"4", Promise::Approximates}, {"2", Promise::Approximates}, {"0"}},
-                  "0"}});
+    FakeStudy s(
+        {{"depth", "--depth", {{"4", BiasClass::Biased}, {"2", BiasClass::Biased}, {"0"}}, "0"}});
     FakeRenderer r;
     r.settings["--depth 0"] = {.noise = 1.2, .time = 1.5, .scale = 1.02};
     r.settings["--depth 2"] = {.noise = 0.8, .time = 0.5, .scale = 0.9};
@@ -51,7 +49,7 @@ TEST(Report, NoiseBiasAndTimeAreThoseOfTheRenders) {
     EXPECT_NEAR(result_of(report, "depth", "2").time.value, 0.5, 0.05);
     EXPECT_LT(result_of(report, "depth", "2").time.low, 0.5);
     EXPECT_GT(result_of(report, "depth", "2").time.high, 0.5);
-    // 100 pixels of the picture for each of the grid
+    // 100 pixels of the image for each of the grid
     EXPECT_NEAR(report.settings[0].cpu_s, 1.0, 0.1);
 }
 
@@ -87,8 +85,8 @@ TEST(Report, APlantedSlowDownIsFound) {
     r.settings["--way b"] = {.time = 1.5};
     const study::Report report = s.run(r);
     const study::SettingResult& tree = result_of(report, "tree", "other");
-    EXPECT_EQ(tree.verdict, Verdict::BestBuy);
-    EXPECT_TRUE(tree.difference.is_same_picture);
+    EXPECT_EQ(tree.verdict, Verdict::MostEfficient);
+    EXPECT_TRUE(tree.difference.is_same_image);
     EXPECT_NEAR(tree.time.value, 0.75, 0.09);
     EXPECT_EQ(report.rows.front().knob, "tree");
     const study::SettingResult& way = result_of(report, "way", "b");
@@ -105,7 +103,7 @@ TEST(Report, APlantedBiasIsFound) {
     const study::Report report = s.run(r);
     EXPECT_EQ(result_of(report, "way", "b").verdict, Verdict::Suspect);
     EXPECT_NEAR(result_of(report, "way", "b").difference.shift, 0.01, 0.002);
-    // One that leaves the energy of the picture as it is
+    // One that leaves the energy of the image as it is
     EXPECT_EQ(result_of(report, "tree", "other").verdict, Verdict::Suspect);
     EXPECT_EQ(result_of(report, "way", "c").verdict, Verdict::NoDifference);
     EXPECT_EQ(report.rows.front().verdict, Verdict::Suspect);
@@ -115,9 +113,9 @@ TEST(Report, LightThatIsMetTooRarelyIsNoBrokenPromise) {
     FakeStudy s({{"way",
                   "--way",
                   {{"a"},
-                   {"b", Promise::SameMean, true},
-                   {"c", Promise::SameMean, true},
-                   {"d", Promise::SameMean, true}}}});
+                   {"b", BiasClass::Unbiased, true},
+                   {"c", BiasClass::Unbiased, true},
+                   {"d", BiasClass::Unbiased, true}}}});
     FakeRenderer r;
     r.settings["--way d"] = {.tilt = 0.2};
     r.settings["--way b"] = {.scale = 0.8};
@@ -137,7 +135,7 @@ TEST(Report, LessNoiseInTheSameTimeIsTheBestBuy) {
     r.settings["--way b"] = {.noise = 0.7, .time = 1.5};
     r.settings["--way c"] = {.noise = 0.7, .time = 1.2};
     const study::Report report = s.run(r);
-    EXPECT_EQ(result_of(report, "way", "c").verdict, Verdict::BestBuy);
+    EXPECT_EQ(result_of(report, "way", "c").verdict, Verdict::MostEfficient);
     EXPECT_NEAR(result_of(report, "way", "c").equal_time.value, 0.7 * std::sqrt(1.2), 0.03);
     EXPECT_EQ(result_of(report, "way", "b").verdict, Verdict::Better);
     EXPECT_EQ(report.rows.front().knob, "way");
@@ -147,14 +145,14 @@ TEST(Report, LessNoiseInTheSameTimeIsTheBestBuy) {
 TEST(Report, PreparationCountsAsTime) {
     FakeStudy s(two_choices);
     FakeRenderer r;
-    // The picture takes 1 s: half of it is won, and two are spent before
+    // The image takes 1 s: half of it is won, and two are spent before
     r.settings["--tree other"] = {.time = 0.5, .is_same = true, .setup_s = 2.0};
     const study::Report report = s.run(r);
     EXPECT_EQ(result_of(report, "tree", "other").verdict, Verdict::Worse);
 }
 
 TEST(Report, ABiasThatWouldNotBeSeenIsReckonedWith) {
-    FakeStudy s({{"depth", "--depth", {{"0"}, {"8", Promise::Approximates}}, "0"},
+    FakeStudy s({{"depth", "--depth", {{"0"}, {"8", BiasClass::Biased}}, "0"},
                  {"way", "--way", {{"a"}, {"b"}}}});
     s.options.rounds = 3;
     FakeRenderer r;

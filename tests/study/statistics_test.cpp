@@ -18,9 +18,9 @@ TEST(Statistics, IntervalsOfNoiseHoldTheTruthAsOftenAsTheySay) {
     for (int t = 0; t < trials; ++t) {
         Moments m;
         for (int r = 0; r < rounds; ++r) {
-            std::vector<float> picture(3 * pixels);
-            for (float& v : picture) v = normal(numbers);
-            m.add(picture);
+            std::vector<float> image(3 * pixels);
+            for (float& v : image) v = normal(numbers);
+            m.add(image);
         }
         const GroupMeans squares = noise_squares(m, {std::vector<double>(3 * pixels, 1.0)});
         const double truth = 0.01 / 1.01;
@@ -31,12 +31,12 @@ TEST(Statistics, IntervalsOfNoiseHoldTheTruthAsOftenAsTheySay) {
     EXPECT_LE(inside, 0.985 * trials);
 }
 
-TEST(Statistics, EqualPicturesAreTheSamePicture) {
+TEST(Statistics, EqualImagesAreTheSameImage) {
     Moments d;
     for (int r = 0; r < 4; ++r)
         d.add_difference({1.0f + float(r), 2.0f, 3.0f}, {1.0f + float(r), 2.0f, 3.0f});
     const DifferenceTest t = test_difference(d, {{1, 2, 3}});
-    EXPECT_TRUE(t.is_same_picture);
+    EXPECT_TRUE(t.is_same_image);
     EXPECT_FALSE(t.is_seen);
 }
 
@@ -80,8 +80,8 @@ TEST(Statistics, StudentsPointsAreThoseOfTables) {
 
 TEST(Statistics, TimesAreComparedRoundByRound) {
     SettingTally a, b;
-    a.points.push_back({.spp = 4, .picture = {}, .cpu_s = {2, 20, 200}});
-    b.points.push_back({.spp = 4, .picture = {}, .cpu_s = {1, 100, 10}});
+    a.points.push_back({.spp = 4, .image = {}, .cpu_s = {2, 20, 200}});
+    b.points.push_back({.spp = 4, .image = {}, .cpu_s = {1, 100, 10}});
     a.rounds = {0, 1, 2};
     b.rounds = {0, 2, 3};
     b.points[0].cpu_s = {1, 100, 10};

@@ -155,12 +155,12 @@ geometry::DicedMesh dice(const scene::Mesh& mesh, uint32_t rate, bool stays) {
     return diced ? *std::move(diced) : geometry::DicedMesh();
 }
 
-std::vector<uint32_t> uneven_rates(uint32_t edges, uint32_t most, uint64_t seed) {
+std::vector<uint32_t> uneven_rates(uint32_t edges, uint32_t max, uint64_t seed) {
     std::mt19937_64 random(seed);
     std::vector<uint32_t> rates(edges);
     for (uint32_t& rate : rates) {
         const uint64_t kind = random() % 3;
-        rate = kind == 0 ? 1 : kind == 1 ? most : uint32_t(1 + random() % most);
+        rate = kind == 0 ? 1 : kind == 1 ? max : uint32_t(1 + random() % max);
     }
     return rates;
 }

@@ -40,8 +40,8 @@ std::vector<Cage> all_cages();
 /// Cuts every edge into `rate` pieces.
 geometry::DicedMesh dice(const scene::Mesh& mesh, uint32_t rate, bool stays = false);
 
-/// Edges into 1 to `most` pieces at random, many into one of these two.
-std::vector<uint32_t> uneven_rates(uint32_t edges, uint32_t most, uint64_t seed);
+/// Edges into 1 to `max` pieces at random, many into one of these two.
+std::vector<uint32_t> uneven_rates(uint32_t edges, uint32_t max, uint64_t seed);
 
 /// How many edges of triangles, by the bits of their ends, have no partner that runs the other way.
 size_t open_edges(const geometry::TriangleMeshData& data);

@@ -175,7 +175,7 @@ TEST_F(Displacement, MakesNormalsOfWhatComesOut) {
     EXPECT_GT(worst, std::cos(0.02));
 }
 
-TEST_F(Displacement, IsMeasuredWhereThePictureIs) {
+TEST_F(Displacement, IsMeasuredWhereTheImageIs) {
     scene::Mesh sheet = grid(2, 2);
     for (Vec3& p : sheet.points) p.z = 0;
     const TestDisplacer constant([](const SurfacePoint&) { return 0.3f; });

@@ -138,7 +138,7 @@ TEST_F(Limit, LoopVerticesHaveTheirClosedForm) {
     const scene::Mesh mesh = closed_cages()[2].mesh;
     const double n = 4, c = 3.0 / 8.0 + std::cos(2.0 * pi_d / n) / 4.0;
     const double beta = (5.0 / 8.0 - c * c) / n, weight = 1.0 / (n + 3.0 / (8.0 * beta));
-    // The neighbours of (1, 0, 0) cancel each other
+    // The neighbors of (1, 0, 0) cancel each other
     const Vec3d limit = Vec3d(1, 0, 0) * (1.0 - n * weight);
     EXPECT_LT(distance_to_vertex(dice(mesh, 3), limit), 2e-7);
 }

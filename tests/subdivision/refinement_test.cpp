@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How finely a scene is cut: by the size of edges in its picture, within a limit, prototypes once.
+// How finely a scene is cut: by the size of edges in its image, within a limit, prototypes once.
 #include "geometry/refinement.h"
 
 #include "cages.h"
@@ -54,17 +54,17 @@ TEST(DicingView, CountsPixels) {
     EXPECT_DOUBLE_EQ(view.density(Vec3d(0, 0, -1)), 200.0);
     EXPECT_DOUBLE_EQ(view.density(Vec3d(0.5, 0, -4)), 50.0);
     EXPECT_DOUBLE_EQ(view.density(Vec3d(0, 0, 2)), 200.0);  // behind: by half the distance
-    const auto shows = [&](const Vec3d& centre) {
-        return view.may_show(Box3d(centre - Vec3d(0.1), centre + Vec3d(0.1)));
+    const auto shows = [&](const Vec3d& center) {
+        return view.can_show(Box3d(center - Vec3d(0.1), center + Vec3d(0.1)));
     };
     EXPECT_TRUE(shows(Vec3d(0, 0, -2)));
     EXPECT_FALSE(shows(Vec3d(0, 0, 2)));
     EXPECT_FALSE(shows(Vec3d(2, 0, -2)));
     EXPECT_FALSE(shows(Vec3d(0, -2, -2)));
-    EXPECT_TRUE(view.may_show(Box3d(Vec3d(-9), Vec3d(9))));
+    EXPECT_TRUE(view.can_show(Box3d(Vec3d(-9), Vec3d(9))));
 }
 
-TEST_F(Dicing, EdgesInThePictureCoverAboutTheirRate) {
+TEST_F(Dicing, EdgesInTheImageCoverAboutTheirRate) {
     scene::Scene scene;
     scene.shapes.push_back(shape_of(cube(), Vec3(0, 0, -6)));
     const DicingView view(camera(), 100, 100);
@@ -86,7 +86,7 @@ TEST_F(Dicing, EdgesInThePictureCoverAboutTheirRate) {
     }
 }
 
-TEST_F(Dicing, WhatIsOutOfThePictureIsCoarser) {
+TEST_F(Dicing, WhatIsOutOfTheImageIsCoarser) {
     scene::Scene scene;
     scene.shapes.push_back(shape_of(cube(), Vec3(0, 0, -10)));
     scene.shapes.push_back(shape_of(cube(), Vec3(0, 0, 10)));
@@ -138,11 +138,11 @@ TEST_F(Dicing, TooManyTrianglesAreFewerWithAWarning) {
     Refinement fine = refine(scene, {.rate = 0.1});
     EXPECT_EQ(diagnostics_.warning_count(), 0u);
     EXPECT_GT(fine.stats.triangles, 10000u);
-    Refinement coarse = refine(scene, {.rate = 0.1, .most_triangles = 5000});
+    Refinement coarse = refine(scene, {.rate = 0.1, .max_triangles = 5000});
     EXPECT_EQ(diagnostics_.warning_count(), 1u);
     EXPECT_LT(coarse.stats.triangles, 5500u);
     EXPECT_GT(coarse.stats.triangles, 2000u);
-    Refinement level = refine(scene, {.level = 8, .most_triangles = 5000});
+    Refinement level = refine(scene, {.level = 8, .max_triangles = 5000});
     EXPECT_EQ(level.stats.level, 4);
 }
 
@@ -155,7 +155,7 @@ TEST_F(Dicing, TheLimitHoldsForEdgesOfAnyNumberOfPixels) {
         far_zoom.window_left = far_zoom.window_bottom = -window;
         far_zoom.window_right = far_zoom.window_top = window;
         Refinement refined =
-            geometry::refine(scene, {subdivider_, displacer_}, {.most_triangles = 5000},
+            geometry::refine(scene, {subdivider_, displacer_}, {.max_triangles = 5000},
                              DicingView(far_zoom, 100, 100), diagnostics_);
         EXPECT_LT(refined.stats.triangles, 5500u) << window;
         EXPECT_GT(refined.stats.triangles, 1000u) << window;

@@ -30,9 +30,9 @@ class Sharing : public testing::Test {
     }
 };
 
-DicedMesh dice_unevenly(const scene::Mesh& mesh, uint32_t most, uint64_t seed) {
+DicedMesh dice_unevenly(const scene::Mesh& mesh, uint32_t max, uint64_t seed) {
     const auto surface = open_subdivider()->make(mesh, true);
-    const auto rates = uneven_rates((*surface)->edge_count(), most, seed);
+    const auto rates = uneven_rates((*surface)->edge_count(), max, seed);
     return *(*surface)->dice(rates);
 }
 

@@ -35,20 +35,20 @@ void expect_window(const std::string& extra, const Window& w) {
 TEST(Camera, WindowsOfEveryConformPolicyMatchHandValues) {
     const std::string square =
         "uniform int2 resolution = (100, 100)\nuniform token aspectRatioConformPolicy = ";
-    // 20 x 10 tenths, offsets (2, -1), focal length 40, square picture
+    // 20 x 10 tenths, offsets (2, -1), focal length 40, square image
     expect_window(square + "\"expandAperture\"", {-8 / 40., 12 / 40., -11 / 40., 9 / 40.});
     expect_window(square + "\"cropAperture\"", {-3 / 40., 7 / 40., -6 / 40., 4 / 40.});
     expect_window(square + "\"adjustApertureWidth\"", {-3 / 40., 7 / 40., -6 / 40., 4 / 40.});
     expect_window(square + "\"adjustApertureHeight\"", {-8 / 40., 12 / 40., -11 / 40., 9 / 40.});
     expect_window(square + "\"adjustPixelAspectRatio\"", {-8 / 40., 12 / 40., -6 / 40., 4 / 40.});
-    // A picture wider than the aperture
+    // An image wider than the aperture
     const std::string wide =
         "uniform int2 resolution = (400, 100)\nuniform token aspectRatioConformPolicy = ";
     expect_window(wide + "\"expandAperture\"", {-18 / 40., 22 / 40., -6 / 40., 4 / 40.});
     expect_window(wide + "\"cropAperture\"", {-8 / 40., 12 / 40., -3.5 / 40., 1.5 / 40.});
 }
 
-TEST(Camera, AdjustedPixelAspectMakesThePictureFitTheAperture) {
+TEST(Camera, AdjustedPixelAspectMakesTheImageFitTheAperture) {
     Translated t;
     translate_text(settings("uniform int2 resolution = (100, 100)\n"
                             "uniform token aspectRatioConformPolicy = \"adjustPixelAspectRatio\""),

@@ -143,10 +143,10 @@ std::vector<Case> cases() {
         {"bad-instancer", "it is ignored, and instances are identified by index",
          instancer("int64[] ids = [1, 2, 3]\n")},
         {"bad-instancer",
-         "positions has 2 elements, expected 3; it is ignored, and instances stand at the origin",
+         "positions has 2 elements, expected 3; it is ignored, and instances are at the origin",
          "def PointInstancer \"P\" {\n" + without(two, "    int[] protoIndices") +
              "int[] protoIndices = [0, 0, 0]\n}\n"},
-        {"bad-instancer", "positions is not authored; all instances stand at the origin",
+        {"bad-instancer", "positions is not authored; all instances are at the origin",
          "def PointInstancer \"P\" {\n" + without(two, "    point3f[] positions") + "}\n"},
         {"bad-instancer", "protoIndices is not authored; the PointInstancer is skipped",
          "def PointInstancer \"P\" {\n" + without(two, "    int[] protoIndices") + "}\n", false},

@@ -17,7 +17,7 @@ size_t Translated::count(const std::string& code) const {
     return n;
 }
 
-std::vector<float> Translated::handed_down(size_t instance, const std::string& primvar) const {
+std::vector<float> Translated::inherited(size_t instance, const std::string& primvar) const {
     const scene::PrimvarId name = scene::find_primvar(scene, primvar);
     const scene::InstanceValue* value = scene::find_value(scene, scene.instances[instance], name);
     if (value == nullptr || name == scene::none) return {};

@@ -23,7 +23,7 @@ struct Translated {
     }
 
     /// What the instance hands down under the name; empty when it is nothing.
-    std::vector<float> handed_down(size_t instance, const std::string& primvar) const;
+    std::vector<float> inherited(size_t instance, const std::string& primvar) const;
 
     /// Messages of the code, one a line.
     std::string messages(const std::string& code) const;

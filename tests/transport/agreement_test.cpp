@@ -16,14 +16,14 @@ namespace velatura::test {
 
 namespace {
 
-constexpr int size_px = 24;    ///< pictures are size_px × size_px
+constexpr int size_px = 24;    ///< images are size_px × size_px
 constexpr int block_px = 8;    ///< compared in blocks of block_px × block_px
 constexpr int run_count = 24;  ///< independent seeds per technique
 constexpr uint64_t sample_count = 16;
 constexpr uint64_t blind_factor =
     5;  ///< as many more samples without light sampling, which meets lamps seldom
 constexpr double family_alpha = 0.01;  ///< of all comparisons of one scene together
-/// A technique can be judged on a scene when the test sees a deviation of the whole picture's mean
+/// A technique can be judged on a scene when the test sees a deviation of the whole image's mean
 /// of this size.
 constexpr double largest_detectable = 0.15;
 

@@ -20,7 +20,7 @@ using statistics::ErrorForecast;
 constexpr int width = 64, height = 48;
 constexpr uint64_t seeds = 5, few = 64, many = 256;
 
-/// √relMSE of one of several renders of a picture, by their spread.
+/// √relMSE of one of several renders of an image, by their spread.
 double error_of(const std::vector<Pixels>& renders) {
     const Pixels mean = mean_of(renders);
     const auto n = double(renders.size());

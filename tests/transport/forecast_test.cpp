@@ -18,7 +18,7 @@ using compositor::LayerStack;
 using compositor::Look;
 using compositor::noise::MixError;
 
-constexpr int size_px = 24;  ///< pictures are size_px × size_px
+constexpr int size_px = 24;  ///< images are size_px × size_px
 constexpr size_t mix_count = 20;
 const TransportRenderer::Placement even = {false, integrator::Guiding::Off, false};
 
@@ -105,17 +105,17 @@ TEST_P(ForecastOfMixes, AgreesWithTheSpreadOfRenders) {
         const LayerStack stack = render(run, samples);
         for (size_t m = 0; m < mix_count; ++m) spreads[m].add(mix_of(stack, random_look(m, stack)));
     }
-    double mean = 0, least = 1e30, most = 0;
+    double mean = 0, min = 1e30, max = 0;
     for (const Spread& s : spreads) {
         const double ratio = std::sqrt(s.forecast_variance() / s.found_variance());
         mean += ratio / double(mix_count);
-        least = std::min(least, ratio);
-        most = std::max(most, ratio);
+        min = std::min(min, ratio);
+        max = std::max(max, ratio);
     }
-    std::printf("%s: forecast over found %.3f (%.3f to %.3f)\n", GetParam(), mean, least, most);
+    std::printf("%s: forecast over found %.3f (%.3f to %.3f)\n", GetParam(), mean, min, max);
     EXPECT_NEAR(mean, 1.0, 0.1);
-    EXPECT_NEAR(least, 1.0, 0.2);
-    EXPECT_NEAR(most, 1.0, 0.2);
+    EXPECT_NEAR(min, 1.0, 0.2);
+    EXPECT_NEAR(max, 1.0, 0.2);
 }
 
 /// As many times the samples bring the lifted mix back to the error that the render had.

@@ -84,7 +84,7 @@ const std::vector<Technique>& techniques() {
          }},
         {"paths in four", "paths go on by one",
          [](WorldOptions&, PathTracerOptions& p) {
-             static const integrator::BranchMap four(4);
+             static const integrator::SplittingMap four(4);
              p.branches = &four;
          }},
         {"caustics solved for", "caustics by paths", [](WorldOptions&, PathTracerOptions&) {},
@@ -159,15 +159,15 @@ film::Film TransportRenderer::render_film(uint64_t seed,
     callbacks.snapshot_requested = [] { return true; };
     render::Renderer renderer(renderer_->shared_world(), std::move(settings));
     renderer.learn();
-    renderer.start_film({.final_sample_end = integrator::most_samples(renderer.schedule())});
-    const render::Learned& learned = renderer.learned();
-    was_guided_ = learned.guide.is_used;
-    mean_branches_ = learned.branches.map.mean();
+    renderer.start_film({.final_sample_end = integrator::max_samples(renderer.schedule())});
+    const render::PrepassResults& prepass = renderer.prepass();
+    was_guided_ = prepass.guide.is_used;
+    mean_branches_ = prepass.branches.map.mean();
     const integrator::RenderResult result = renderer.advance(callbacks);
     curve_ = result.curve;
     rays_ += result.rays;
-    rays_ += learned.guide.rays;
-    rays_ += learned.branches.rays;
+    rays_ += prepass.guide.rays;
+    rays_ += prepass.branches.rays;
     bad_ += renderer.film().invalid_count();
     return renderer.take_film();
 }

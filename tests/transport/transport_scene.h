@@ -34,7 +34,7 @@ const std::vector<std::string>& transport_scenes();
 /// are the project's own.
 scene::Scene load_scene(const std::string& name, int width, int height);
 
-/// What one estimate of a whole picture is: mean radiance per pixel, [height][width][3], row 0 =
+/// What one estimate of a whole image is: mean radiance per pixel, [height][width][3], row 0 =
 /// top.
 using Pixels = std::vector<double>;
 
@@ -95,7 +95,7 @@ class TransportRenderer {
     statistics::ErrorCurve curve_;
 };
 
-/// Element-wise mean of estimates of one picture.
+/// Element-wise mean of estimates of one image.
 Pixels mean_of(const std::vector<Pixels>& estimates);
 
 }  // namespace velatura::test

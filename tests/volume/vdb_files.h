@@ -56,14 +56,14 @@ inline openvdb::FloatGrid::Ptr blobs(const std::string& name, double voxel = 0.2
     grid->setGridClass(openvdb::GRID_FOG_VOLUME);
     grid->setTransform(openvdb::math::Transform::createLinearTransform(voxel));
     auto accessor = grid->getAccessor();
-    for (const openvdb::Coord& centre :
+    for (const openvdb::Coord& center :
          {openvdb::Coord(0, 0, 0), openvdb::Coord(-140, 3, 9), openvdb::Coord(40, -77, 130)})
         for (int z = -6; z <= 6; ++z)
             for (int y = -6; y <= 6; ++y)
                 for (int x = -6; x <= 6; ++x) {
                     const int r2 = x * x + y * y + z * z;
                     if (r2 <= 36)
-                        accessor.setValue(centre.offsetBy(x, y, z),
+                        accessor.setValue(center.offsetBy(x, y, z),
                                           float(1 + (x + 2 * y + 3 * z + 40) % 7));
                 }
     return grid;
@@ -73,7 +73,7 @@ inline openvdb::FloatGrid::Ptr blobs(const std::string& name, double voxel = 0.2
 /// createLevelSetSphere writes them, whose templates take half a minute to compile.
 inline openvdb::FloatGrid::Ptr level_set_ball(const std::string& name,
                                               double radius,
-                                              const openvdb::Vec3d& centre,
+                                              const openvdb::Vec3d& center,
                                               double voxel) {
     const double band = 3.0 * voxel;
     const openvdb::FloatGrid::Ptr grid = openvdb::FloatGrid::create(float(band));
@@ -81,13 +81,13 @@ inline openvdb::FloatGrid::Ptr level_set_ball(const std::string& name,
     grid->setGridClass(openvdb::GRID_LEVEL_SET);
     grid->setTransform(openvdb::math::Transform::createLinearTransform(voxel));
     auto accessor = grid->getAccessor();
-    const auto first = openvdb::Coord::floor((centre - openvdb::Vec3d(radius + band)) / voxel);
-    const auto last = openvdb::Coord::ceil((centre + openvdb::Vec3d(radius + band)) / voxel);
+    const auto first = openvdb::Coord::floor((center - openvdb::Vec3d(radius + band)) / voxel);
+    const auto last = openvdb::Coord::ceil((center + openvdb::Vec3d(radius + band)) / voxel);
     for (int z = first.z(); z <= last.z(); ++z)
         for (int y = first.y(); y <= last.y(); ++y)
             for (int x = first.x(); x <= last.x(); ++x) {
                 const double distance =
-                    (openvdb::Vec3d(x, y, z) * voxel - centre).length() - radius;
+                    (openvdb::Vec3d(x, y, z) * voxel - center).length() - radius;
                 if (std::abs(distance) < band)
                     accessor.setValue({x, y, z}, float(distance));
                 else if (distance < 0)

@@ -77,7 +77,7 @@ TEST(VdbSource, GivesTheNumbersOfTheFile) {
     const std::string file = folder.write("a.vdb", {grid, blobs("other", 1.0)});
     const Result<VoxelGrid> read = source().read({.file = file, .grid = "density"});
     ASSERT_TRUE(read) << read.error().message;
-    EXPECT_EQ(read->most(), 7.0f);
+    EXPECT_EQ(read->max(), 7.0f);
     expect_same_numbers(*read, *grid, 40.0);
     // Mostly empty space: of 20 x 13 x 18 bricks around the blobs a handful
     EXPECT_LT(read->bricks.size(), 150u);
@@ -99,8 +99,8 @@ TEST(VdbSource, FindsGridsByNameAndIndex) {
     const auto first = blobs("density"), second = blobs("density");
     second->getAccessor().setValue(openvdb::Coord(1, 1, 1), 100.0f);
     const std::string file = folder.write("two.vdb", {first, second});
-    EXPECT_EQ(source().read({.file = file, .grid = "density"})->most(), 7.0f);
-    EXPECT_EQ(source().read({.file = file, .grid = "density", .index = 1})->most(), 100.0f);
+    EXPECT_EQ(source().read({.file = file, .grid = "density"})->max(), 7.0f);
+    EXPECT_EQ(source().read({.file = file, .grid = "density", .index = 1})->max(), 100.0f);
     EXPECT_EQ(error_of({.file = file, .grid = "density", .index = 2}),
               "volume-grid: grid density[2] not found; the file has density[0], density[1]");
     EXPECT_EQ(error_of({.file = file, .grid = "heat"}),
@@ -109,7 +109,7 @@ TEST(VdbSource, FindsGridsByNameAndIndex) {
               "volume-grid: fieldName is empty; choose one of the grids density[0], density[1]");
 }
 
-TEST(VdbSource, ReadsColours) {
+TEST(VdbSource, ReadsColors) {
     const VdbFolder folder;
     const auto grid = openvdb::Vec3SGrid::create();
     grid->setName("Cd");
@@ -163,7 +163,7 @@ TEST(VdbSource, OfNothingIsNothing) {
     const Result<VoxelGrid> read =
         source().read({.file = folder.write("empty.vdb", {grid}), .grid = "density"});
     ASSERT_TRUE(read);
-    EXPECT_EQ(read->most(), 0.0f);
+    EXPECT_EQ(read->max(), 0.0f);
 }
 
 TEST(VdbSource, SaysWhatIsWrongWithAFile) {
@@ -186,24 +186,22 @@ TEST(VdbSource, SaysWhatIsWrongWithAFile) {
 TEST(VdbSource, RefusesWhatWouldTakeTooMuchMemory) {
     const VdbFolder folder;
     const std::string file = folder.write("big.vdb", {blobs("density")});
-    EXPECT_EQ(error_of({.file = file, .most_bytes = 1 << 20}), "");
+    EXPECT_EQ(error_of({.file = file, .max_bytes = 1 << 20}), "");
     EXPECT_TRUE(
-        error_of({.file = file, .most_bytes = 20000}).starts_with("volume-memory: the grid needs"));
+        error_of({.file = file, .max_bytes = 20000}).starts_with("volume-memory: the grid needs"));
     // Few bytes that stand for a block of 2048³ voxels
     const auto block = openvdb::FloatGrid::create(0.0f);
     block->setName("density");
     block->fill(openvdb::CoordBBox(openvdb::Coord(0), openvdb::Coord(4095)), 1.0f);
-    EXPECT_TRUE(
-        error_of({.file = folder.write("block.vdb", {block}), .most_bytes = size_t(1) << 28})
-            .starts_with("volume-memory: the grid needs"));
+    EXPECT_TRUE(error_of({.file = folder.write("block.vdb", {block}), .max_bytes = size_t(1) << 28})
+                    .starts_with("volume-memory: the grid needs"));
     // Two voxels so far apart that even the empty space between them would not fit
     const auto apart = openvdb::FloatGrid::create(0.0f);
     apart->setName("density");
     apart->getAccessor().setValue(openvdb::Coord(0), 1.0f);
     apart->getAccessor().setValue(openvdb::Coord(1 << 29), 1.0f);
-    EXPECT_TRUE(
-        error_of({.file = folder.write("apart.vdb", {apart}), .most_bytes = size_t(1) << 28})
-            .starts_with("volume-memory: the grid needs"));
+    EXPECT_TRUE(error_of({.file = folder.write("apart.vdb", {apart}), .max_bytes = size_t(1) << 28})
+                    .starts_with("volume-memory: the grid needs"));
 }
 
 TEST(VdbSource, SurvivesFilesThatAreCutOff) {
@@ -211,7 +209,7 @@ TEST(VdbSource, SurvivesFilesThatAreCutOff) {
     const std::string whole = VdbFolder::bytes_of(folder.write("whole.vdb", {blobs("density")}));
     for (size_t size = 0; size + 1 < whole.size(); size += std::max<size_t>(whole.size() / 60, 1)) {
         const std::string file = folder.write_bytes("cut.vdb", whole.substr(0, size));
-        EXPECT_TRUE(error_of({.file = file, .grid = "density", .most_bytes = size_t(1) << 28})
+        EXPECT_TRUE(error_of({.file = file, .grid = "density", .max_bytes = size_t(1) << 28})
                         .starts_with("volume-"))
             << size;
     }
@@ -231,7 +229,7 @@ TEST(VdbSource, SurvivesFilesWithWrongBytes) {
         const Result<VoxelGrid> read =
             source().read({.file = folder.write_bytes("wrong.vdb", bytes),
                            .grid = "density",
-                           .most_bytes = size_t(1) << 25});
+                           .max_bytes = size_t(1) << 25});
         refused += !read;
     }
     std::printf("%d of %d refused\n", refused, count);
@@ -265,7 +263,7 @@ TEST(VdbSource, ReadsTheSmokeOfOpenUsd) {
     if (!std::filesystem::exists(file)) GTEST_SKIP() << "no " << file;
     const Result<VoxelGrid> read = source().read({.file = file.string(), .grid = "density"});
     ASSERT_TRUE(read) << read.error().message;
-    EXPECT_GT(read->most(), 0.0f);
+    EXPECT_GT(read->max(), 0.0f);
     std::printf("smoke: %zu bricks, %.1f MB\n", read->bricks.size(), double(read->bytes()) / 1e6);
     openvdb::initialize();
     openvdb::io::File vdb(file.string());

@@ -89,9 +89,9 @@ TEST_F(VolumeRender, OpensOpenVdbForVolumesAlone) {
         opened_files(w, "velatura", std::string("render smoke.usda -q -o x.exr") + quick);
     EXPECT_NE(opened.find("velatura_volume.so"), std::string::npos);
     EXPECT_NE(opened.find("libopenvdb"), std::string::npos);
-    const std::string left_out = opened_files(
+    const std::string omitted = opened_files(
         w, "velatura", std::string("render smoke.usda -q --effects -volumes -o x.exr") + quick);
-    EXPECT_EQ(left_out.find("libopenvdb"), std::string::npos);
+    EXPECT_EQ(omitted.find("libopenvdb"), std::string::npos);
 }
 
 TEST_F(VolumeRender, DrawsThemWhateverTheThreads) {
@@ -113,11 +113,11 @@ TEST_F(VolumeRender, HasOneMeanWhateverTheBounds) {
     // Two renders by other seeds differ by as much
     ASSERT_EQ(w.velatura(many + " -o seed.exr --seed 5").exit_code, 0);
     const auto mean_and_error = [&](const char* name) {
-        const auto picture = image::read_exr(w.path(name)),
+        const auto image = image::read_exr(w.path(name)),
                    reference = image::read_exr(w.path("bricks.exr"));
         std::array<double, 3> sums{};
-        for (size_t i = 0; i < picture->data.pixel_count(); ++i) {
-            const double a = double(picture->find("G")->value(i)),
+        for (size_t i = 0; i < image->data.pixel_count(); ++i) {
+            const double a = double(image->find("G")->value(i)),
                          b = double(reference->find("G")->value(i));
             sums = {sums[0] + a, sums[1] + b, sums[2] + (a - b) * (a - b)};
         }
@@ -128,7 +128,7 @@ TEST_F(VolumeRender, HasOneMeanWhateverTheBounds) {
     EXPECT_NEAR(one[0] / one[1], 1.0, 4 * std::sqrt(seed[2]) / one[1]);
 }
 
-TEST_F(VolumeRender, OfZerosIsThePictureWithout) {
+TEST_F(VolumeRender, OfZerosIsTheImageWithout) {
     w.write("zero.usda", stage(volume(" = @zero.vdb@")));
     EXPECT_EQ(hash_of("none.usda"), hash_of("zero.usda"));
     EXPECT_EQ(hash_of("none.usda"), hash_of("zero.usda", "--effects all"));

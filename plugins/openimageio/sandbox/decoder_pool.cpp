@@ -20,10 +20,10 @@ namespace velatura::plugins::openimageio {
 struct DecoderPool::Slot {
     std::mutex mutex;  // of the next three
     std::unique_ptr<DecoderProcess> decoder;
-    uint64_t generation = 0;   // which decoder it is
-    size_t open_pictures = 0;  // in that decoder
+    uint64_t generation = 0;  // which decoder it is
+    size_t open_images = 0;   // in that decoder
     std::atomic<pid_t> process{0};
-    size_t pictures = 0;  // that belong here; of the pool's mutex
+    size_t images = 0;  // that belong here; of the pool's mutex
 
     Result<void> take(Result<std::unique_ptr<DecoderProcess>> started) {
         if (!started) return started.error();
@@ -36,18 +36,18 @@ struct DecoderPool::Slot {
     void drop_decoder() {
         process = 0;
         decoder.reset();
-        open_pictures = 0;
+        open_images = 0;
     }
 };
 
-/// A picture of the pool, in whichever decoder has its slot.
-struct DecoderPool::PooledPicture {
+/// An image of the pool, in whichever decoder has its slot.
+struct DecoderPool::PooledImage {
     Slot& slot;
     std::string asset;
-    PictureUse use;
-    uint64_t picture = 0;
+    ImageUse use;
+    uint64_t image = 0;
     uint64_t generation = 0;  // of the decoder that has opened it; 0: none
-    PictureSpec spec = {};    // once it was opened
+    SourceSpec spec = {};     // once it was opened
 };
 
 namespace {
@@ -57,10 +57,10 @@ bool is_end(const Error& error) {
     return error.code.starts_with("reader-") && error.code != "reader-start";
 }
 
-Result<PictureSpec> ask_for_spec(DecoderProcess& decoder,
-                                 const Request& request,
-                                 const std::string& asset) {
-    const Result<size_t> length = decoder.ask(request, {1, most_spec_bytes}, asset);
+Result<SourceSpec> ask_for_spec(DecoderProcess& decoder,
+                                const Request& request,
+                                const std::string& asset) {
+    const Result<size_t> length = decoder.ask(request, {1, max_spec_bytes}, asset);
     if (!length) return length.error();
     // Copied first: what is in the area may change
     return spec_of(std::string(decoder.area().substr(0, *length)));
@@ -78,15 +78,14 @@ Result<void> ask_for_values(DecoderProcess& decoder,
 
 }  // namespace
 
-class DecoderPool::OpenPicture final : public SourcePicture {
+class DecoderPool::OpenImage final : public SourceImage {
   public:
-    OpenPicture(DecoderPool& pool, PooledPicture pooled)
-        : pool_(pool), pooled_(std::move(pooled)) {}
+    OpenImage(DecoderPool& pool, PooledImage pooled) : pool_(pool), pooled_(std::move(pooled)) {}
 
-    OpenPicture(const OpenPicture&) = delete;
-    OpenPicture& operator=(const OpenPicture&) = delete;
+    OpenImage(const OpenImage&) = delete;
+    OpenImage& operator=(const OpenImage&) = delete;
 
-    ~OpenPicture() override {
+    ~OpenImage() override {
         try {
             pool_.close(pooled_);
         } catch (const std::exception&) {
@@ -95,7 +94,7 @@ class DecoderPool::OpenPicture final : public SourcePicture {
         pool_.release(pooled_.slot);
     }
 
-    const PictureSpec& spec() const override { return pooled_.spec; }
+    const SourceSpec& spec() const override { return pooled_.spec; }
 
     Result<void> open() { return pool_.read(pooled_, {}, {}); }
 
@@ -120,7 +119,7 @@ class DecoderPool::OpenPicture final : public SourcePicture {
 
   private:
     DecoderPool& pool_;
-    PooledPicture pooled_;
+    PooledImage pooled_;
 };
 
 DecoderPool::DecoderPool(PoolOptions options) : options_(std::move(options)) {
@@ -150,18 +149,18 @@ std::vector<pid_t> DecoderPool::processes() const {
     return all;
 }
 
-DecoderPool::PooledPicture DecoderPool::assign_slot(const std::string& asset, PictureUse use) {
+DecoderPool::PooledImage DecoderPool::assign_slot(const std::string& asset, ImageUse use) {
     const std::lock_guard lock(mutex_);
     Slot& emptiest =
         **std::min_element(slots_.begin(), slots_.end(),
-                           [](const auto& a, const auto& b) { return a->pictures < b->pictures; });
-    ++emptiest.pictures;
-    return {.slot = emptiest, .asset = asset, .use = use, .picture = next_picture_++};
+                           [](const auto& a, const auto& b) { return a->images < b->images; });
+    ++emptiest.images;
+    return {.slot = emptiest, .asset = asset, .use = use, .image = next_image_++};
 }
 
 void DecoderPool::release(Slot& slot) {
     const std::lock_guard lock(mutex_);
-    --slot.pictures;
+    --slot.images;
 }
 
 std::optional<Error> DecoderPool::failure_of(const std::string& asset) const {
@@ -186,15 +185,15 @@ Result<std::shared_ptr<ForkServerProcess>> DecoderPool::fork_server() {
     return started;
 }
 
-Result<std::unique_ptr<SourcePicture>> DecoderPool::open(const std::string& asset, PictureUse use) {
-    if (asset.size() > most_name_bytes) return Error{"image-open", "its name is too long"};
-    auto picture = std::make_unique<OpenPicture>(*this, assign_slot(asset, use));
-    if (const Result<void> opened = picture->open(); !opened)
+Result<std::unique_ptr<SourceImage>> DecoderPool::open(const std::string& asset, ImageUse use) {
+    if (asset.size() > max_name_bytes) return Error{"image-open", "its name is too long"};
+    auto image = std::make_unique<OpenImage>(*this, assign_slot(asset, use));
+    if (const Result<void> opened = image->open(); !opened)
         return Error{"image-open", opened.error().message};
-    return std::unique_ptr<SourcePicture>(std::move(picture));
+    return std::unique_ptr<SourceImage>(std::move(image));
 }
 
-Result<void> DecoderPool::ensure_open(PooledPicture& pooled) {
+Result<void> DecoderPool::ensure_open(PooledImage& pooled) {
     Slot& slot = pooled.slot;
     if (!slot.decoder) {
         const Result<std::shared_ptr<ForkServerProcess>> from = fork_server();
@@ -203,12 +202,12 @@ Result<void> DecoderPool::ensure_open(PooledPicture& pooled) {
         if (!taken) return taken;
     }
     if (pooled.generation == slot.generation) return {};
-    ++slot.open_pictures;
-    Result<PictureSpec> spec = ask_for_spec(
-        *slot.decoder, {.kind = RequestKind::Open, .picture = pooled.picture, .use = pooled.use},
+    ++slot.open_images;
+    Result<SourceSpec> spec = ask_for_spec(
+        *slot.decoder, {.kind = RequestKind::Open, .image = pooled.image, .use = pooled.use},
         pooled.asset);
     if (!spec) {
-        if (!is_end(spec.error())) --slot.open_pictures;
+        if (!is_end(spec.error())) --slot.open_images;
         return spec.error();
     }
     pooled.generation = slot.generation;
@@ -219,7 +218,7 @@ Result<void> DecoderPool::ensure_open(PooledPicture& pooled) {
     return {};
 }
 
-Result<void> DecoderPool::read(PooledPicture& pooled,
+Result<void> DecoderPool::read(PooledImage& pooled,
                                const Request& request,
                                std::span<float> values) {
     constexpr int max_attempts = 3;
@@ -230,29 +229,29 @@ Result<void> DecoderPool::read(PooledPicture& pooled,
         Result<void> done = ensure_open(pooled);
         if (done && !values.empty()) {
             Request numbered = request;
-            numbered.picture = pooled.picture;
+            numbered.image = pooled.image;
             done = ask_for_values(*slot.decoder, numbered, values);
         }
         if (done || !is_end(done.error())) return done;
         const std::string& code = done.error().code;
-        // Another picture of that decoder may have done it: the next decoder has this one alone
-        const bool is_doubtful = code != "reader-slow" && attempt == 1 && slot.open_pictures > 1;
+        // Another image of that decoder may have done it: the next decoder has this one alone
+        const bool is_doubtful = code != "reader-slow" && attempt == 1 && slot.open_images > 1;
         slot.drop_decoder();
         const bool is_tried_again = code == "reader-lost" || is_doubtful;
         if (!is_tried_again || attempt == max_attempts) return remember(pooled.asset, done.error());
     }
 }
 
-void DecoderPool::close(const PooledPicture& pooled) {
+void DecoderPool::close(const PooledImage& pooled) {
     Slot& slot = pooled.slot;
     const std::lock_guard lock(slot.mutex);
     if (!slot.decoder || pooled.generation != slot.generation) return;
     const Result<size_t> closed =
-        slot.decoder->ask({.kind = RequestKind::Close, .picture = pooled.picture}, {0, 0});
+        slot.decoder->ask({.kind = RequestKind::Close, .image = pooled.image}, {0, 0});
     if (!closed && is_end(closed.error()))
         slot.drop_decoder();
     else
-        --slot.open_pictures;
+        --slot.open_images;
 }
 
 }  // namespace velatura::plugins::openimageio

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "plugins/openimageio/sandbox/decoder_process.h"
-#include "plugins/openimageio/sandbox/picture_source.h"
+#include "plugins/openimageio/sandbox/image_source.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -22,11 +22,11 @@ struct PoolOptions {
     DecoderProcessLimits limits = {};
 };
 
-/// Pictures that other processes decode: one for each picture, as long as there are not too many,
-/// else several share one. What a picture does to its decoder (a crash, a hang, all its memory)
-/// costs that picture, by name, for good; others go on in a new decoder. Processes are started when
-/// the first picture is opened. Pictures must not outlive the pool.
-class DecoderPool final : public PictureSource {
+/// Images that other processes decode: one for each image, as long as there are not too many,
+/// else several share one. What an image does to its decoder (a crash, a hang, all its memory)
+/// costs that image, by name, for good; others go on in a new decoder. Processes are started when
+/// the first image is opened. Images must not outlive the pool.
+class DecoderPool final : public ImageSource {
   public:
     explicit DecoderPool(PoolOptions options);
     ~DecoderPool() override;
@@ -35,7 +35,7 @@ class DecoderPool final : public PictureSource {
 
     /// Errors: "image-open", with what open() of the program's own source says, or how its decoder
     /// ended; "reader-start" (no program, or the system starts no process).
-    Result<std::unique_ptr<SourcePicture>> open(const std::string& asset, PictureUse use) override;
+    Result<std::unique_ptr<SourceImage>> open(const std::string& asset, ImageUse use) override;
 
     /// For decoders that are started from here on.
     void limit(const DecoderProcessLimits& limits);
@@ -45,26 +45,26 @@ class DecoderPool final : public PictureSource {
 
   private:
     struct Slot;
-    struct PooledPicture;
-    class OpenPicture;
+    struct PooledImage;
+    class OpenImage;
 
-    PooledPicture assign_slot(const std::string& asset, PictureUse use);
+    PooledImage assign_slot(const std::string& asset, ImageUse use);
     void release(Slot& slot);
     DecoderProcessLimits process_limits() const;
     std::optional<Error> failure_of(const std::string& asset) const;
     Error remember(const std::string& asset, const Error& why);
     Result<std::shared_ptr<ForkServerProcess>> fork_server();
-    /// Opens the picture in the decoder of its slot, where it is not open, and reads values, if any
+    /// Opens the image in the decoder of its slot, where it is not open, and reads values, if any
     /// are wanted.
-    Result<void> read(PooledPicture& pooled, const Request& request, std::span<float> values);
-    Result<void> ensure_open(PooledPicture& pooled);
-    void close(const PooledPicture& pooled);
+    Result<void> read(PooledImage& pooled, const Request& request, std::span<float> values);
+    Result<void> ensure_open(PooledImage& pooled);
+    void close(const PooledImage& pooled);
 
     PoolOptions options_;
     mutable std::mutex mutex_;  // of the limits and the next three
     std::vector<std::unique_ptr<Slot>> slots_;
     std::map<std::string, Error> failures_;
-    uint64_t next_picture_ = 1;
+    uint64_t next_image_ = 1;
     mutable std::mutex fork_server_mutex_;
     std::shared_ptr<ForkServerProcess> fork_server_;
 };

@@ -22,7 +22,7 @@ namespace {
 /// What stays for the next answer; larger ones give it back.
 constexpr size_t kept_area_bytes = piece_bytes;
 /// One answer; values are asked for in pieces.
-constexpr size_t most_area_bytes = size_t(1) << 30;
+constexpr size_t max_area_bytes = size_t(1) << 30;
 
 }  // namespace
 
@@ -41,7 +41,7 @@ Result<std::unique_ptr<DecoderProcess>> DecoderProcess::start(
     std::shared_ptr<ForkServerProcess> fork_server, const DecoderProcessLimits& limits) {
     Result<SharedMemory> area = SharedMemory::create();
     if (!area) return area.error();
-    if (const Result<void> room = area->reserve(most_spec_bytes); !room) return room.error();
+    if (const Result<void> room = area->reserve(max_spec_bytes); !room) return room.error();
     std::array<int, 2> ends = {};
     if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()) != 0)
         return Error{"reader-start", fmt::format("no socket: {}", std::strerror(errno))};
@@ -63,10 +63,10 @@ Result<size_t> DecoderProcess::ask(Request request,
                                    std::string_view name) {
     // Whatever ended it, it was not this request
     if (has_hung_up()) return Error{"reader-lost", how_it_ended().message};
-    if (size.most > most_area_bytes)
-        return Error{"image-read", fmt::format("its lines or tiles are larger than {} MB",
-                                               most_area_bytes >> 20)};
-    const size_t room = std::max({size.most, name.size(), most_reason_bytes});
+    if (size.max > max_area_bytes)
+        return Error{"image-read",
+                     fmt::format("its lines or tiles are larger than {} MB", max_area_bytes >> 20)};
+    const size_t room = std::max({size.max, name.size(), max_reason_bytes});
     if (room <= kept_area_bytes) area_.forget_beyond(kept_area_bytes);
     if (const Result<void> made = area_.reserve(room); !made) return made.error();
     std::copy(name.begin(), name.end(), area_.bytes().begin());
@@ -87,11 +87,11 @@ Result<size_t> DecoderProcess::take_answer(const Request& request, const Payload
     const double begin_s = cpu_seconds();
     Timeout timeout(limits_.wall_seconds);
     bool has_exceeded_cpu = false;
-    const auto goes_on = [&] {
+    const auto continues = [&] {
         has_exceeded_cpu = cpu_seconds() - begin_s > limits_.cpu_seconds;
         return !has_exceeded_cpu;
     };
-    if (!wait_to_read(socket_, timeout, goes_on)) {
+    if (!wait_to_read(socket_, timeout, continues)) {
         const double limit_s = has_exceeded_cpu ? limits_.cpu_seconds : limits_.wall_seconds;
         (void)how_it_ended();
         return Error{

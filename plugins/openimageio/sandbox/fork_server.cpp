@@ -46,7 +46,7 @@ void give_up_rights(uint64_t address_bytes_more) {
     install_seccomp_filter();
 }
 
-[[noreturn]] void become_decoder(PictureSource& source,
+[[noreturn]] void become_decoder(ImageSource& source,
                                  pid_t fork_server,
                                  ReceivedCommand received,
                                  FileDescriptor control) {
@@ -61,7 +61,7 @@ void give_up_rights(uint64_t address_bytes_more) {
 
 class ForkServer {
   public:
-    ForkServer(PictureSource& source, FileDescriptor control)
+    ForkServer(ImageSource& source, FileDescriptor control)
         : source_(source), control_(std::move(control)), self_(::getpid()) {}
 
     void run() {
@@ -124,7 +124,7 @@ class ForkServer {
         }
     }
 
-    PictureSource& source_;
+    ImageSource& source_;
     FileDescriptor control_;
     pid_t self_;
     std::map<pid_t, std::optional<int>> decoders_;  // and how they ended
@@ -138,7 +138,7 @@ bool is_socket(int descriptor) {
 
 }  // namespace
 
-int run_fork_server(PictureSource& source) {
+int run_fork_server(ImageSource& source) {
     if (!is_socket(control_descriptor)) {
         (void)std::fputs("This program is started by velatura, to decode images.\n", stderr);
         return 2;

@@ -57,7 +57,7 @@ class SpawnSettings {
 
   private:
     /// Whoever ends a render may tell its whole group, or all of a job, to end. The renderer goes
-    /// on for a while then, and needs its pictures: they end with it.
+    /// on for a while then, and needs its images: they end with it.
     void set_signals() {
         sigset_t blocked, handled;
         sigemptyset(&blocked);
@@ -105,7 +105,7 @@ Result<std::shared_ptr<ForkServerProcess>> ForkServerProcess::start(const std::s
     const std::shared_ptr<ForkServerProcess> fork_server(
         new ForkServerProcess(*process, std::move(control)));
     if (!fork_server->next_answer())
-        return not_started(program, "it says nothing, or is of another version");
+        return not_started(program, "it does not respond, or is of another version");
     return fork_server;
 }
 

@@ -15,10 +15,10 @@ static_assert(std::has_unique_object_representations_v<Request>);
 static_assert(std::has_unique_object_representations_v<Reply>);
 static_assert(std::has_unique_object_representations_v<LevelSpec>);
 
-constexpr std::array<std::string PictureSpec::*, 5> texts = {
-    &PictureSpec::color_space, &PictureSpec::wrap_modes, &PictureSpec::wrap_s, &PictureSpec::wrap_t,
-    &PictureSpec::texture_format};
-constexpr size_t most_text_bytes = 1000;
+constexpr std::array<std::string SourceSpec::*, 5> texts = {
+    &SourceSpec::color_space, &SourceSpec::wrap_modes, &SourceSpec::wrap_s, &SourceSpec::wrap_t,
+    &SourceSpec::texture_format};
+constexpr size_t max_text_bytes = 1000;
 
 Error no_answer(const char* why) {
     return {"reader-answer", why};
@@ -44,7 +44,7 @@ class Taker {
 
     bool take(std::string& text) {
         uint32_t size = 0;
-        if (!take(size) || size > most_text_bytes || size > bytes_.size()) return false;
+        if (!take(size) || size > max_text_bytes || size > bytes_.size()) return false;
         text = bytes_.substr(0, size);
         bytes_.remove_prefix(size);
         return true;
@@ -75,16 +75,16 @@ size_t character_length(std::string_view text) {
         if ((byte(i) & 0xc0) != 0x80) return 0;
         code = code << 6 | (byte(i) & 0x3f);
     }
-    const uint32_t least = length == 2 ? 0xa0 : length == 3 ? 0x800 : 0x10000;
+    const uint32_t min = length == 2 ? 0xa0 : length == 3 ? 0x800 : 0x10000;
     const bool is_surrogate = code >= 0xd800 && code < 0xe000;
-    return code >= least && code < 0x110000 && !is_surrogate ? length : 0;
+    return code >= min && code < 0x110000 && !is_surrogate ? length : 0;
 }
 
 }  // namespace
 
 std::string plain_reason(std::string_view text) {
     std::string plain;
-    text = text.substr(0, most_reason_bytes);
+    text = text.substr(0, max_reason_bytes);
     while (!text.empty()) {
         const size_t length = character_length(text);
         if (length == 0)
@@ -108,21 +108,21 @@ Result<size_t> payload_length(const Request& request,
     if (said.serial != request.serial) return no_answer("it answers another request");
     if (said.bytes > area.size()) return no_answer("it is longer than the area");
     if (said.status == ReplyStatus::Refused) {
-        if (said.bytes > most_reason_bytes) return no_answer("its reason is too long");
+        if (said.bytes > max_reason_bytes) return no_answer("its reason is too long");
         return Error{"image-read", plain_reason(std::string(area.substr(0, said.bytes)))};
     }
     if (said.status != ReplyStatus::Done) return no_answer("it is neither yes nor no");
-    if (said.bytes < size.least || said.bytes > size.most)
+    if (said.bytes < size.min || said.bytes > size.max)
         return no_answer("it has another size than requested");
     return size_t(said.bytes);
 }
 
-std::string spec_bytes(const PictureSpec& spec) {
+std::string spec_bytes(const SourceSpec& spec) {
     std::string bytes;
     append(bytes, uint32_t(spec.levels.size()));
     for (const LevelSpec& level : spec.levels) append(bytes, level);
     for (const auto text : texts) {
-        const std::string_view part = std::string_view(spec.*text).substr(0, most_text_bytes);
+        const std::string_view part = std::string_view(spec.*text).substr(0, max_text_bytes);
         append(bytes, uint32_t(part.size()));
         bytes += part;
     }
@@ -130,12 +130,12 @@ std::string spec_bytes(const PictureSpec& spec) {
     return bytes;
 }
 
-Result<PictureSpec> spec_of(std::string_view bytes) {
+Result<SourceSpec> spec_of(std::string_view bytes) {
     Taker taker(bytes);
     uint32_t count = 0;
-    if (!taker.take(count) || count < 1 || count > PictureSpec::most_levels)
+    if (!taker.take(count) || count < 1 || count > SourceSpec::max_levels)
         return no_answer("it has no levels, or too many");
-    PictureSpec spec;
+    SourceSpec spec;
     spec.levels.resize(count);
     for (LevelSpec& level : spec.levels) {
         if (!taker.take(level) || !is_known(level.stored))

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/result.h"
-#include "plugins/openimageio/sandbox/picture_source.h"
+#include "plugins/openimageio/sandbox/image_source.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -22,10 +22,10 @@ struct Request {
     uint32_t version = protocol_version;
     RequestKind kind = RequestKind::Open;
     uint64_t serial = 0;      ///< the answer repeats it
-    uint64_t picture = 0;     ///< the renderer's number for it
+    uint64_t image = 0;       ///< the renderer's number for it
     uint64_t area_bytes = 0;  ///< of the area, that may be used
     uint32_t name_bytes = 0;  ///< of Open
-    PictureUse use = PictureUse::Picture;
+    ImageUse use = ImageUse::Image;
     int32_t level = 0, channels = 0;
     int32_t x = 0, y = 0, y_end = 0;
     int32_t unused = 0;
@@ -42,35 +42,35 @@ struct Reply {
 };
 
 /// What comes back at most for Open, and as a reason.
-inline constexpr size_t most_spec_bytes = size_t(64) << 10;
-inline constexpr size_t most_reason_bytes = 1000;
+inline constexpr size_t max_spec_bytes = size_t(64) << 10;
+inline constexpr size_t max_reason_bytes = 1000;
 /// Names of assets are not longer; see check_asset_name.
-inline constexpr size_t most_name_bytes = size_t(16) << 10;
+inline constexpr size_t max_name_bytes = size_t(16) << 10;
 
 /// Values are best asked for in pieces of about so many bytes.
 inline constexpr size_t piece_bytes = size_t(4) << 20;
 
 /// How long an answer may be, in bytes.
 struct PayloadSize {
-    size_t least = 0, most = 0;
+    size_t min = 0, max = 0;
 };
 
 /// Length of what a reply leaves in the area; nothing of the area is looked at but the reason of a
-/// refusal. Whatever the bytes are, the length lies within `size` and the area. Errors:
+/// rejection. Whatever the bytes are, the length lies within `size` and the area. Errors:
 /// "reader-answer" (no answer to this request), "image-read" (refused; the decoder's reason).
 Result<size_t> payload_length(const Request& request,
                               const PayloadSize& size,
                               std::string_view reply,
                               std::string_view area);
 
-std::string spec_bytes(const PictureSpec& spec);
+std::string spec_bytes(const SourceSpec& spec);
 
 /// Any bytes are a spec or refused. Of a spec the levels are counted; their measures may be
 /// anything. Errors: "reader-answer".
-Result<PictureSpec> spec_of(std::string_view bytes);
+Result<SourceSpec> spec_of(std::string_view bytes);
 
 /// On one line, without control characters and what is not UTF-8, no longer than
-/// most_reason_bytes.
+/// max_reason_bytes.
 std::string plain_reason(std::string_view text);
 
 }  // namespace velatura::plugins::openimageio

@@ -21,7 +21,7 @@ namespace {
 
 class RequestHandler {
   public:
-    RequestHandler(PictureSource& source, FileDescriptor area)
+    RequestHandler(ImageSource& source, FileDescriptor area)
         : source_(source), area_(std::move(area)) {}
 
     Reply answer(const Request& request) {
@@ -38,7 +38,7 @@ class RequestHandler {
         if (done)
             reply.bytes = *done;
         else
-            refuse(done.error().message, reply);
+            reject(done.error().message, reply);
         return reply;
     }
 
@@ -49,10 +49,10 @@ class RequestHandler {
             return Error{"image-read", "the decoder program is of another version"};
         if (!area_.map(request.area_bytes)) ::_exit(out_of_memory_exit_code);
         if (request.kind == RequestKind::Open) return open(request);
-        const auto found = pictures_.find(request.picture);
-        if (found == pictures_.end()) return Error{"image-read", "it is not open"};
+        const auto found = images_.find(request.image);
+        if (found == images_.end()) return Error{"image-read", "it is not open"};
         if (request.kind == RequestKind::Close) {
-            pictures_.erase(found);
+            images_.erase(found);
             return size_t(0);
         }
         return read(*found->second, request);
@@ -60,18 +60,18 @@ class RequestHandler {
 
     Result<size_t> open(const Request& request) {
         const std::string name(area_.text().substr(0, request.name_bytes));
-        Result<std::unique_ptr<SourcePicture>> opened = source_.open(name, request.use);
+        Result<std::unique_ptr<SourceImage>> opened = source_.open(name, request.use);
         if (!opened) return opened.error();
         const std::string bytes = spec_bytes((*opened)->spec());
         if (bytes.size() > area_.bytes().size())
             return Error{"image-read", "its answer is too long"};
         std::memcpy(area_.bytes().data(), bytes.data(), bytes.size());
-        pictures_.insert_or_assign(request.picture, std::move(*opened));
+        images_.insert_or_assign(request.image, std::move(*opened));
         return bytes.size();
     }
 
-    Result<size_t> read(SourcePicture& picture, const Request& request) {
-        const LevelSpec& level = picture.spec().levels.at(size_t(request.level));
+    Result<size_t> read(SourceImage& image, const Request& request) {
+        const LevelSpec& level = image.spec().levels.at(size_t(request.level));
         const bool is_tile = request.kind == RequestKind::ReadTile;
         const size_t width = size_t(is_tile ? level.tile_width : level.width);
         const size_t height = size_t(is_tile ? level.tile_height : request.y_end - request.y);
@@ -80,29 +80,28 @@ class RequestHandler {
             return Error{"image-read", "its values do not fit"};
         const std::span<float> values(reinterpret_cast<float*>(area_.bytes().data()), count);
         const Result<void> done =
-            is_tile
-                ? picture.read_tile(request.level, request.x, request.y, request.channels, values)
-                : picture.read_lines(request.level, request.y, request.y_end, request.channels,
-                                     values);
+            is_tile ? image.read_tile(request.level, request.x, request.y, request.channels, values)
+                    : image.read_lines(request.level, request.y, request.y_end, request.channels,
+                                       values);
         if (!done) return done.error();
         return values.size_bytes();
     }
 
-    void refuse(const std::string& why, Reply& reply) {
+    void reject(const std::string& why, Reply& reply) {
         const std::string reason = plain_reason(why);
         reply.status = ReplyStatus::Refused;
         reply.bytes = std::min(reason.size(), area_.bytes().size());
         std::memcpy(area_.bytes().data(), reason.data(), reply.bytes);
     }
 
-    PictureSource& source_;
+    ImageSource& source_;
     SharedMemory area_;
-    std::unordered_map<uint64_t, std::unique_ptr<SourcePicture>> pictures_;
+    std::unordered_map<uint64_t, std::unique_ptr<SourceImage>> images_;
 };
 
 }  // namespace
 
-void answer_requests(PictureSource& source, const FileDescriptor& socket, FileDescriptor area) {
+void answer_requests(ImageSource& source, const FileDescriptor& socket, FileDescriptor area) {
     RequestHandler decoder(source, std::move(area));
     for (;;) {
         Request request;

@@ -28,7 +28,7 @@ constexpr uint32_t machine = 0;
 #endif
 
 constexpr uint32_t allow = SECCOMP_RET_ALLOW;
-constexpr uint32_t refuse = SECCOMP_RET_ERRNO | EPERM;
+constexpr uint32_t reject = SECCOMP_RET_ERRNO | EPERM;
 /// Libraries then make threads by the call whose flags can be seen.
 constexpr uint32_t unknown_call = SECCOMP_RET_ERRNO | ENOSYS;
 
@@ -109,14 +109,14 @@ class Filter {
   public:
     Filter() {
         load(offsetof(seccomp_data, arch));
-        decide_unless_equal(machine, refuse);
+        decide_unless_equal(machine, reject);
         load(offsetof(seccomp_data, nr));
 #if defined(__x86_64__)
         // The same calls by other numbers
         add(BPF_JMP | BPF_JSET | BPF_K, 0x40000000, 0, 1);
-        decide(refuse);
+        decide(reject);
 #endif
-        for (const int call : forbidden) decide_if_equal(uint32_t(call), refuse);
+        for (const int call : forbidden) decide_if_equal(uint32_t(call), reject);
         decide_if_equal(SYS_clone3, unknown_call);
     }
 
@@ -158,7 +158,7 @@ class Filter {
         // Both machines have the low half first
         load(offsetof(seccomp_data, args) + sizeof(uint64_t) * size_t(argument));
         add(BPF_JMP | test | BPF_K, value, is_to_hold ? 1 : 0, is_to_hold ? 0 : 1);
-        decide(refuse);
+        decide(reject);
         load(offsetof(seccomp_data, nr));
     }
 

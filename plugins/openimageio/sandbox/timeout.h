@@ -33,16 +33,16 @@ class Timeout {
 };
 
 /// Waits until something can be read, or nobody can send any more. False when timeout is over, or
-/// `goes_on`, which is asked ten times a second, says so.
-template <class GoesOn>
-bool wait_to_read(const FileDescriptor& file, Timeout& timeout, const GoesOn& goes_on) {
+/// `continues`, which is asked ten times a second, says so.
+template <class Continues>
+bool wait_to_read(const FileDescriptor& file, Timeout& timeout, const Continues& continues) {
     constexpr int tick_ms = 100;
     for (;;) {
         pollfd end = {.fd = file.get(), .events = POLLIN, .revents = 0};
         const int found = ::poll(&end, 1, tick_ms);
         if (found > 0) return true;
         if (found < 0 && errno != EINTR) return false;
-        if (timeout.has_expired() || !goes_on()) return false;
+        if (timeout.has_expired() || !continues()) return false;
     }
 }
 

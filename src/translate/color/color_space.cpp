@@ -34,7 +34,7 @@ void set_curve(double gamma, double bias, scene::ColorDecoding& out) {
 /// A space that the prim defines under this name. Ref: UsdColorSpaceDefinitionAPI.
 std::optional<ColorSpace> defined_on(Prim prim,
                                      std::string_view name,
-                                     const ColorComplaint& complain) {
+                                     const ColorWarning& warn_color) {
     constexpr std::string_view schema = "ColorSpaceDefinitionAPI:";
     for (const auto& applied : prim.applied_schemas()) {
         if (!applied.view().starts_with(schema)) continue;
@@ -52,10 +52,10 @@ std::optional<ColorSpace> defined_on(Prim prim,
         const double gamma = read_number(attribute("gamma"), 1.0, TimeCode());
         const double bias = read_number(attribute("linearBias"), 0.0, TimeCode());
         if (!matrix || !(gamma > 0.0) || !std::isfinite(gamma) || !std::isfinite(bias)) {
-            complain("bad-color-space", attribute("name"),
-                     fmt::format("color space {} has no three primaries, no white or no positive "
-                                 "gamma; its values are read as linear Rec.709",
-                                 name));
+            warn_color("bad-color-space", attribute("name"),
+                       fmt::format("color space {} has no three primaries, no white or no positive "
+                                   "gamma; its values are read as linear Rec.709",
+                                   name));
             return ColorSpace();
         }
         ColorSpace space;
@@ -69,28 +69,28 @@ std::optional<ColorSpace> defined_on(Prim prim,
 /// A space by its name, also one that the prim or one above defines.
 std::optional<ColorSpace> find_space(Prim prim,
                                      std::string_view name,
-                                     const ColorComplaint& complain) {
+                                     const ColorWarning& warn_color) {
     if (const ColorSpace* known = named_color_space(name)) return *known;
     for (Prim at = prim; at && !at.is_pseudo_root(); at = at.parent()) {
         if (!at.has_api("ColorSpaceDefinitionAPI")) continue;
-        if (const auto defined = defined_on(at, name, complain)) return defined;
+        if (const auto defined = defined_on(at, name, warn_color)) return defined;
     }
     return std::nullopt;
 }
 
 /// What the prim says of all that it and the prims below hold.
-std::optional<ColorSpace> said_by(Prim prim, const ColorComplaint& complain) {
+std::optional<ColorSpace> said_by(Prim prim, const ColorWarning& warn_color) {
     const Attribute attribute = prim.attribute("colorSpace:name");
     if (!attribute.is_authored()) return std::nullopt;
     const std::string name = read_text(attribute, "", TimeCode());
     if (!prim.has_api("ColorSpaceAPI")) {
-        complain("unapplied-schema", attribute,
-                 "colorSpace:name needs ColorSpaceAPI in apiSchemas; it is ignored");
+        warn_color("unapplied-schema", attribute,
+                   "colorSpace:name needs ColorSpaceAPI in apiSchemas; it is ignored");
         return std::nullopt;
     }
     if (name.empty()) return std::nullopt;
-    if (auto space = find_space(prim, name, complain)) return space;
-    complain(
+    if (auto space = find_space(prim, name, warn_color)) return space;
+    warn_color(
         "unknown-color-space", attribute,
         fmt::format(
             "color space {} is unknown; colors of <{}> and its children are read as linear Rec.709",
@@ -99,19 +99,19 @@ std::optional<ColorSpace> said_by(Prim prim, const ColorComplaint& complain) {
 }
 
 /// The same of the nearest that says something.
-std::optional<ColorSpace> said_above(Prim prim, const ColorComplaint& complain) {
+std::optional<ColorSpace> said_above(Prim prim, const ColorWarning& warn_color) {
     for (Prim at = prim; at && !at.is_pseudo_root(); at = at.parent())
-        if (const auto space = said_by(at, complain)) return space;
+        if (const auto space = said_by(at, warn_color)) return space;
     return std::nullopt;
 }
 
-std::optional<ColorSpace> own_space(const Attribute& attribute, const ColorComplaint& complain) {
+std::optional<ColorSpace> own_space(const Attribute& attribute, const ColorWarning& warn_color) {
     const std::string name = text_of(attribute.metadata("colorSpace"));
     if (name.empty()) return std::nullopt;
-    if (auto space = find_space(attribute.prim(), name, complain)) return space;
-    complain("unknown-color-space", attribute,
-             fmt::format("color space {} of {} is unknown; its values are read as linear Rec.709",
-                         name, attribute.name().str()));
+    if (auto space = find_space(attribute.prim(), name, warn_color)) return space;
+    warn_color("unknown-color-space", attribute,
+               fmt::format("color space {} of {} is unknown; its values are read as linear Rec.709",
+                           name, attribute.name().str()));
     return ColorSpace();
 }
 
@@ -119,14 +119,14 @@ bool is_color(const Attribute& attribute) {
     return attribute.type_name().view().starts_with("color");
 }
 
-ColorComplaint complaint_of(Context& ctx) {
+ColorWarning complaint_of(Context& ctx) {
     return [&ctx](std::string code, const Attribute& where, std::string message) {
         ctx.warn(std::move(code), where, std::move(message));
     };
 }
 
 /// As said_above, asked once of each prim.
-/// State of this room: what ColorSpaceAPI says on a prim or above it.
+/// State of this module: what ColorSpaceAPI says on a prim or above it.
 struct PrimSpaces {
     std::unordered_map<const usd::stage::PrimData*, std::optional<ColorSpace>> of_prim;
 };
@@ -160,9 +160,9 @@ scene::TexelColors texel_colors_in(const ColorSpace& space) {
 }  // namespace
 
 std::optional<ColorSpace> color_space_of(const Attribute& attribute,
-                                         const ColorComplaint& complain) {
-    if (auto own = own_space(attribute, complain)) return own;
-    return is_color(attribute) ? said_above(attribute.prim(), complain) : std::nullopt;
+                                         const ColorWarning& warn_color) {
+    if (auto own = own_space(attribute, warn_color)) return own;
+    return is_color(attribute) ? said_above(attribute.prim(), warn_color) : std::nullopt;
 }
 
 bool read_color_rows(Context& ctx,
@@ -192,8 +192,8 @@ std::optional<Vec3d> read_color(Context& ctx, const Attribute& attribute) {
 std::optional<Vec3d> read_light_color(Context& ctx, const Attribute& attribute) {
     std::optional<Vec3d> color = read_color(ctx, attribute);
     const auto authored = read_vector(attribute, 3, ctx.time);
-    const auto least = [](const auto& v) { return std::min({v[0], v[1], v[2]}); };
-    if (!color || !(least(*color) < 0.0) || least(*authored) < 0.0) return color;
+    const auto min_of = [](const auto& v) { return std::min({v[0], v[1], v[2]}); };
+    if (!color || !(min_of(*color) < 0.0) || min_of(*authored) < 0.0) return color;
     ctx.warn("color-outside-gamut", attribute,
              fmt::format("{} is ({:.4g}, {:.4g}, {:.4g}) in linear Rec.709, which is not a valid "
                          "light color; negative channels are set to 0",

@@ -20,12 +20,12 @@ namespace velatura::translate::color {
 /// UsdColorSpaceAPI.
 
 /// Hears what is wrong with the space of an attribute: a code and a message.
-using ColorComplaint =
+using ColorWarning =
     std::function<void(std::string code, const Attribute& where, std::string message)>;
 
 /// Space that the numbers of an attribute are in; nothing: linear Rec.709, no one says otherwise.
 std::optional<ColorSpace> color_space_of(const Attribute& attribute,
-                                         const ColorComplaint& complain);
+                                         const ColorWarning& warn_color);
 
 /// As read_rows, of colors.
 bool read_color_rows(Context& ctx,

@@ -207,12 +207,12 @@ std::string bare_color_space_name(std::string_view name) {
 }
 
 std::optional<std::array<double, 9>> rec709_from(const Primaries& p) {
-    constexpr double least_area = 1e-6;
+    constexpr double min_area = 1e-6;
     const auto side = [&](const std::array<double, 2>& c, int i) {
         return c[size_t(i)] - p.red[size_t(i)];
     };
     const double area = side(p.green, 0) * side(p.blue, 1) - side(p.green, 1) * side(p.blue, 0);
-    if (!(std::abs(area) > least_area)) return std::nullopt;
+    if (!(std::abs(area) > min_area)) return std::nullopt;
     const auto out = to_rec709(product(to_d65(p.white), xyz_from_rgb(p)));
     const bool is_good =
         std::all_of(out.begin(), out.end(), [](double v) { return std::isfinite(v); });

@@ -4,7 +4,7 @@
 #include "base/diagnostics.h"
 #include "base/math.h"
 #include "scene/scene.h"
-#include "translate/context/room_states.h"
+#include "translate/context/module_states.h"
 #include "usd/stage/collection.h"
 #include "usd/stage/stage.h"
 
@@ -37,9 +37,9 @@ struct RenderedPrims {
 };
 
 /// A prototype of a point instancer that is being walked.
-struct OpenPrototype {
+struct PrototypeScope {
     usd::layer::Path root;
-    std::unordered_set<std::string> handed_down;  ///< primvars that its instances may bring along
+    std::unordered_set<std::string> inherited;  ///< primvars that its instances may bring along
 };
 
 /// When the shutter opens and closes, in times of the stage.
@@ -47,8 +47,8 @@ struct Shutter {
     double open = 0, close = 0;
 };
 
-/// What all rooms share while one stage is translated: the stage, the moment, the scene that comes
-/// of it, messages, and, by its type, what each room keeps for itself.
+/// What all modules share while one stage is translated: the stage, the moment, the scene that
+/// comes of it, messages, and, by its type, what each module keeps for itself.
 struct Context {
     Context(const usd::stage::Stage& of_stage, TimeCode at, Diagnostics& messages)
         : stage(of_stage), diagnostics(messages), time(at), frame(at) {}
@@ -61,10 +61,10 @@ struct Context {
     bool is_quiet = false;           ///< reads again, at another time, what was warned about
     Vec3d origin = Vec3d(0.0);       ///< world position of render space's origin
     RenderedPrims rendered;
-    std::vector<OpenPrototype> point_prototypes;  ///< that are being walked, the innermost last
+    std::vector<PrototypeScope> point_prototypes;  ///< that are being walked, the innermost last
     scene::Scene scene;
 
-    /// What a room keeps: see RoomStates.
+    /// What a module keeps: see ModuleStates.
     template <class State>
     State& state() {
         return states_.of<State>();
@@ -97,7 +97,7 @@ struct Context {
                      Prim prim,
                      std::string_view why);
 
-    RoomStates states_;
+    ModuleStates states_;
 };
 
 }  // namespace context

@@ -210,7 +210,7 @@ std::optional<scene::Shape> read_curves(Context& ctx,
     }
 
     for (const Vec3d& p : points)
-        curves.points.push_back(to_float(transform_point(p, placement->holder_from_points)));
+        curves.points.push_back(to_float(transform_point(p, placement->parent_from_points)));
     find_faults(curves.points, table);
     report_faults(ctx, prim, table);
     const materials::MaterialEntry& material = materials::bound_material(ctx, prim);
@@ -233,7 +233,7 @@ std::optional<scene::Shape> read_curves(Context& ctx,
         std::vector<Vec3d> directions;
         for (size_t i = 0; i + 2 < rows.size(); i += 3)
             directions.emplace_back(rows[i], rows[i + 1], rows[i + 2]);
-        curves.normals = transformed_normals(directions, placement->holder_from_points);
+        curves.normals = transformed_normals(directions, placement->parent_from_points);
         curves.normal_interpolation = normals->interpolation;
     }
     curves.shape_from_curves = placement->shape_from_stored;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/geometry/mesh.h"
 
+#include "translate/context/instance_source.h"
 #include "translate/context/missing_values.h"
-#include "translate/context/placeable.h"
 #include "translate/context/values.h"
 #include "translate/geometry/mesh_faces.h"
 #include "translate/geometry/mesh_motion.h"
@@ -59,15 +59,15 @@ FaceTable read_faces(Context& ctx, Prim prim, const std::vector<Vec3d>& points) 
     }
     table.indices.reserve(indices.size());
     for (const int64_t i : indices) table.indices.push_back(uint32_t(i));
-    const auto complain = [&](size_t count, const char* what) {
+    const auto warn_color = [&](size_t count, const char* what) {
         if (count > 0)
             ctx.warn("bad-topology", prim.attribute("faceVertexCounts"),
                      fmt::format("{} of {} faces are skipped: {}", count, counts.size(), what));
     };
-    complain(few, "fewer than 3 corners");
-    complain(outside, "vertex index outside the points");
-    complain(infinite, "point that is not a finite number");
-    complain(missing, "faceVertexCounts add up to more than faceVertexIndices holds");
+    warn_color(few, "fewer than 3 corners");
+    warn_color(outside, "vertex index outside the points");
+    warn_color(infinite, "point that is not a finite number");
+    warn_color(missing, "faceVertexCounts add up to more than faceVertexIndices holds");
     if (first < indices.size())
         ctx.warn("bad-topology", prim.attribute("faceVertexIndices"),
                  fmt::format("{} faceVertexIndices belong to no face and are ignored",
@@ -143,7 +143,7 @@ void note_face_subsets(Context& ctx,
 
 std::optional<scene::Shape> read_mesh(Context& ctx,
                                       Prim prim,
-                                      const Placeable& holder,
+                                      const InstanceSource& parent,
                                       const Mat4d& matrix,
                                       const motion::Pose* pose) {
     const std::vector<Vec3d> points = motion::read_points(ctx, prim, pose);
@@ -180,9 +180,9 @@ std::optional<scene::Shape> read_mesh(Context& ctx,
         lights::is_geometry_light(prim) ||
         std::any_of(used.begin(), used.end(), [](const auto* entry) { return entry->is_emissive; });
     if (is_light)
-        motion::warn_if_it_moves(ctx, prim, holder.frame);
+        motion::warn_if_it_moves(ctx, prim, parent.frame);
     else
-        read_motion(ctx, prim, holder, matrix, pose, table, mesh);
+        read_motion(ctx, prim, parent, matrix, pose, table, mesh);
     compact_faces(table, mesh);
     shape.flip_normals = is_left_handed != (determinant3(matrix) < 0.0);
     shape.double_sided = read_bool(prim.attribute("doubleSided"), false, ctx.time);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "translate/context/placeable.h"
+#include "translate/context/instance_source.h"
 #include "translate/motion/pose.h"
 
 #include <cstdint>
@@ -17,7 +17,7 @@ struct FaceSubset {
     std::vector<uint32_t> faces;
 };
 
-/// State of this room: the GeomSubsets of faces of every mesh.
+/// State of this module: the GeomSubsets of faces of every mesh.
 struct FaceSubsets {
     std::unordered_map<scene::ProvenanceId, std::vector<FaceSubset>> of_mesh;  ///< by provenance
 };
@@ -27,7 +27,7 @@ struct FaceSubsets {
 /// left.
 std::optional<scene::Shape> read_mesh(Context& ctx,
                                       Prim prim,
-                                      const Placeable& holder,
+                                      const InstanceSource& parent,
                                       const Mat4d& matrix,
                                       const motion::Pose* pose = nullptr);
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/geometry/mesh_motion.h"
 
-#include "translate/context/placeable.h"
+#include "translate/context/instance_source.h"
 #include "translate/context/values.h"
 #include "translate/geometry/mesh_faces.h"
 #include "translate/geometry/mesh_surface.h"
-#include "translate/motion/another_time.h"
 #include "translate/motion/moving_points.h"
 #include "translate/motion/pose.h"
+#include "translate/motion/scoped_time.h"
 #include "translate/motion/shutter.h"
 #include "usd/stage/skeleton.h"
 #include "usd/stage/xform.h"
@@ -26,34 +26,34 @@ namespace {
 constexpr const char* moving_attributes[] = {"points", "normals", "primvars:normals"};
 
 /// Whether anything that moves the mesh has more than one value.
-bool may_move(Context& ctx, Prim prim, Prim frame) {
+bool can_move(Context& ctx, Prim prim, Prim frame) {
     if (motion::has_velocities(ctx, prim)) return true;
     for (const char* name : moving_attributes)
         if (prim.attribute(name).might_be_time_varying()) return true;
-    return motion::may_be_carried(ctx, prim, frame);
+    return motion::can_be_carried(ctx, prim, frame);
 }
 
 class MotionReader {
   public:
     MotionReader(Context& ctx,
                  Prim prim,
-                 const Placeable& holder,
+                 const InstanceSource& parent,
                  const FaceTable& table,
                  const scene::Mesh& mesh,
                  const Shutter& shutter)
         : ctx_(ctx),
           prim_(prim),
-          holder_(holder),
+          holder_(parent),
           shutter_(shutter),
           table_(table),
           mesh_(mesh),
           has_velocities_(motion::has_velocities(ctx, prim)),
-          turns_(motion::may_be_carried(ctx, prim, holder.frame)) {}
+          turns_(motion::can_be_carried(ctx, prim, parent.frame)) {}
 
     /// The mesh at equal steps; empty when it cannot be followed.
     std::vector<scene::Mesh> keys() {
         if (!has_velocities_ && changes_topology()) {
-            complain("its topology changes");
+            warn_color("its topology changes");
             return {};
         }
         size_t segments = authored_segments();
@@ -65,8 +65,8 @@ class MotionReader {
             if (!add_between(segments, 0.5, halfway)) return {};
             if (is_straight(keys, halfway, 0.5)) {
                 if (!turns_) break;
-                if (!add_between(segments, motion::aside, beside)) return {};
-                if (is_straight(keys, beside, motion::aside)) break;
+                if (!add_between(segments, motion::probe_fraction, beside)) return {};
+                if (is_straight(keys, beside, motion::probe_fraction)) break;
             }
             std::vector<scene::Mesh> finer;
             for (size_t k = 0; k < segments; ++k) {
@@ -87,7 +87,7 @@ class MotionReader {
         return shutter_.open + way * (shutter_.close - shutter_.open);
     }
 
-    void complain(const char* what) {
+    void warn_color(const char* what) {
         ctx_.note_not_simulated(scene::Effect::DeformationBlur, prim_, what);
         ctx_.warn("unsupported-motion-blur", prim_,
                   fmt::format("{} while the shutter is open: the mesh is rendered without motion "
@@ -141,7 +141,7 @@ class MotionReader {
     }
 
     bool add(double way, std::vector<scene::Mesh>& keys) {
-        const motion::AnotherTime at(ctx_, time_at(way));
+        const motion::ScopedTime at(ctx_, time_at(way));
         Mat4d matrix = motion::matrix_in_frame(ctx_, prim_, holder_.frame);
         std::optional<motion::Pose> pose = motion::read_pose(ctx_, prim_, holder_.frame);
         if (pose && pose->is_rigid) matrix = pose->matrix;
@@ -150,16 +150,16 @@ class MotionReader {
         const std::vector<Vec3d> points = motion::read_points(ctx_, prim_, pose ? &*pose : nullptr);
         scene::Mesh key;
         key.subdivision = mesh_.subdivision;
-        const auto refuse = [&](const char* why) {
+        const auto reject = [&](const char* why) {
             ctx_.is_quiet = false;
-            complain(why);
+            warn_color(why);
             return false;
         };
-        if (points.size() != mesh_.points.size()) return refuse("the number of its points changes");
+        if (points.size() != mesh_.points.size()) return reject("the number of its points changes");
         if (!is_finite(matrix) || !keeps_a_surface(matrix) ||
             !set_surface(ctx_, prim_, table_, points, matrix, pose ? &*pose : nullptr, key))
-            return refuse("its transform is singular");
-        if (loses_points(key)) return refuse("some points are not finite");
+            return reject("its transform is singular");
+        if (loses_points(key)) return reject("some points are not finite");
         keys.push_back(std::move(key));
         return true;
     }
@@ -179,12 +179,12 @@ class MotionReader {
             for (const Vec3& p : key.points)
                 if (is_finite(p)) box.extendBy(p);
         if (box.isEmpty()) return true;
-        const double most = motion::straying * Vec3d(box.max - box.min).length();
+        const double max = motion::interpolation_tolerance * Vec3d(box.max - box.min).length();
         for (size_t k = 0; k < between.size(); ++k) {
             for (size_t i = 0; i < between[k].points.size(); ++i) {
                 const Vec3d from(keys[k].points[i]), to(keys[k + 1].points[i]);
                 // What is not a number strays nowhere
-                if ((Vec3d(between[k].points[i]) - (from + (to - from) * f)).length() > most)
+                if ((Vec3d(between[k].points[i]) - (from + (to - from) * f)).length() > max)
                     return false;
             }
         }
@@ -193,7 +193,7 @@ class MotionReader {
 
     Context& ctx_;
     Prim prim_;
-    const Placeable& holder_;
+    const InstanceSource& holder_;
     Shutter shutter_;
     const FaceTable& table_;
     const scene::Mesh& mesh_;
@@ -210,23 +210,23 @@ bool has_same_normals(const scene::Mesh& a, const scene::Mesh& b) {
 
 void read_motion(Context& ctx,
                  Prim prim,
-                 const Placeable& holder,
+                 const InstanceSource& parent,
                  const Mat4d& matrix,
                  const motion::Pose* pose,
                  const FaceTable& table,
                  scene::Mesh& mesh) {
-    if (!ctx.shutter || !may_move(ctx, prim, holder.frame)) return;
+    if (!ctx.shutter || !can_move(ctx, prim, parent.frame)) return;
     const std::optional<Shutter> shutter = motion::shutter_of(ctx, prim);
     if (!shutter) return;
     const bool is_rigid = pose && pose->is_rigid;
     if (!is_rigid &&
-        matrix != relative_to(motion::matrix_in_frame(ctx, prim, holder.frame), holder.origin)) {
+        matrix != relative_to(motion::matrix_in_frame(ctx, prim, parent.frame), parent.origin)) {
         ctx.warn("unsupported-motion-blur", prim,
                  "the mesh is bound to a joint that moves its own ancestors; it is rendered "
                  "without motion blur, at the frame time");
         return;
     }
-    std::vector<scene::Mesh> keys = MotionReader(ctx, prim, holder, table, mesh, *shutter).keys();
+    std::vector<scene::Mesh> keys = MotionReader(ctx, prim, parent, table, mesh, *shutter).keys();
     if (keys.empty()) return;
     const bool has_all_normals = std::all_of(keys.begin(), keys.end(), [&](const scene::Mesh& key) {
         return has_same_normals(key, mesh);

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "scene/mesh.h"
-#include "translate/context/placeable.h"
+#include "translate/context/instance_source.h"
 #include "translate/geometry/mesh_faces.h"
 #include "translate/motion/pose.h"
 
@@ -16,7 +16,7 @@ namespace velatura::translate::geometry {
 /// instant.
 void read_motion(Context& ctx,
                  Prim prim,
-                 const Placeable& holder,
+                 const InstanceSource& parent,
                  const Mat4d& matrix,
                  const motion::Pose* pose,
                  const FaceTable& table,

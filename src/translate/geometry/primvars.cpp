@@ -38,11 +38,11 @@ scene::Interpolation interpolation_of(usd::stage::Interpolation interpolation) {
 bool is_wanted(const Context& ctx,
                const std::string& name,
                const std::vector<const materials::MaterialEntry*>& materials) {
-    if (ctx.state<WantedPrimvars>().names.contains(name)) return true;
+    if (ctx.state<RequestedPrimvars>().names.contains(name)) return true;
     const auto& names = scene::texture_coordinate_names;
-    const bool may_be_tangents = std::find(names.begin(), names.end(), name) != names.end();
+    const bool can_be_tangents = std::find(names.begin(), names.end(), name) != names.end();
     return std::any_of(materials.begin(), materials.end(), [&](const materials::MaterialEntry* m) {
-        return (m->needs_tangents && may_be_tangents) ||
+        return (m->needs_tangents && can_be_tangents) ||
                std::find(m->primvars.begin(), m->primvars.end(), name) != m->primvars.end();
     });
 }
@@ -170,7 +170,7 @@ void warn_missing(Context& ctx,
         for (const std::string& name : material->needed) {
             const bool is_of_instances = std::any_of(
                 ctx.point_prototypes.begin(), ctx.point_prototypes.end(),
-                [&](const OpenPrototype& open) { return open.handed_down.contains(name); });
+                [&](const PrototypeScope& open) { return open.inherited.contains(name); });
             if (!told.contains(name) && !is_of_instances) missing.emplace(material->name, name);
         }
     }

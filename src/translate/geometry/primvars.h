@@ -19,8 +19,8 @@ struct ElementCounts {
     std::optional<size_t> varying = std::nullopt;  ///< of curves; else as many as points
 };
 
-/// State of this room: primvars that are read whether a material reads them or not.
-struct WantedPrimvars {
+/// State of this module: primvars that are read whether a material reads them or not.
+struct RequestedPrimvars {
     std::unordered_set<std::string> names = {std::string(scene::display_color_primvar),
                                              std::string(scene::display_opacity_primvar), "st",
                                              "UVMap"};

@@ -51,7 +51,7 @@ bool read_element_rows(Context& ctx,
     else if (plain.has_authored_value())
         source = usd::stage::as_primvar(plain, usd::stage::Interpolation::Vertex);
     if (!source) return true;
-    const auto refuse = [&](const std::string& what) {
+    const auto reject = [&](const std::string& what) {
         ctx.warn("bad-" + name, source->attribute, fmt::format("{}; {}", what, fallback));
         return false;
     };
@@ -60,9 +60,9 @@ bool read_element_rows(Context& ctx,
     const usd::layer::Value value = source->attribute.value(ctx.time);
     if (value.is_empty() || value.is_block()) return true;
     if (!read_rows(value, rows, found_width))
-        return refuse(fmt::format("{} are not numeric", name));
+        return reject(fmt::format("{} are not numeric", name));
     if (found_width != width)
-        return refuse(fmt::format("{} have {} components, expected {}", name, found_width, width));
+        return reject(fmt::format("{} have {} components, expected {}", name, found_width, width));
     // Nothing at this time
     if (rows.empty()) return true;
     ElementRows result;
@@ -71,7 +71,7 @@ bool read_element_rows(Context& ctx,
     const size_t stored = rows.size() / size_t(width);
     for (const int i : indices) {
         if (i < 0 || size_t(i) >= stored)
-            return refuse(
+            return reject(
                 fmt::format("{} has the index {}, expected 0 to {}", name, i, stored - 1));
         for (int k = 0; k < width; ++k)
             result.values.push_back(rows[size_t(i) * size_t(width) + size_t(k)]);
@@ -84,7 +84,7 @@ bool read_element_rows(Context& ctx,
     const std::string counted = fmt::format("{} {} or indices, expected {} ({})", found, name,
                                             element_count(counts, authored),
                                             usd::stage::interpolation_name(source->interpolation));
-    if (!fitting) return refuse(counted);
+    if (!fitting) return reject(counted);
     result.interpolation = *fitting;
     if (found != 1 && *fitting != authored)
         ctx.warn(
@@ -120,7 +120,7 @@ bool read_widths(Context& ctx,
     return bad < all;
 }
 
-bool keeps_balls(const Mat4d& matrix) {
+bool keeps_spheres(const Mat4d& matrix) {
     constexpr double largest_distortion = 0x1p20 / 27;
     const Mat3d cofactors = cofactor_matrix(matrix);
     const double det = std::abs(determinant3(matrix));
@@ -140,7 +140,7 @@ std::optional<RoundPlacement> place_round(Context& ctx,
                                           const Vec3d& first) {
     // Widths of less than float accuracy are not worth an ellipse
     constexpr double evenness = 0x1p-20;
-    if (!keeps_balls(matrix)) {
+    if (!keeps_spheres(matrix)) {
         ctx.warn("bad-transform", prim, "transform flattens widths, the prim is skipped");
         return std::nullopt;
     }
@@ -155,7 +155,7 @@ std::optional<RoundPlacement> place_round(Context& ctx,
         }
     }
     if (is_even) {
-        placement.holder_from_points = matrix;
+        placement.parent_from_points = matrix;
         placement.width_scale = std::sqrt(scale2);
         return placement;
     }
@@ -163,7 +163,7 @@ std::optional<RoundPlacement> place_round(Context& ctx,
     Mat4d away;
     away.setTranslation(first);
     placement.shape_from_stored = away * matrix;
-    placement.holder_from_points.setTranslation(-first);
+    placement.parent_from_points.setTranslation(-first);
     return placement;
 }
 
@@ -210,7 +210,7 @@ std::optional<scene::Shape> read_point_cloud(Context& ctx,
     for (size_t i = 0; i < points.size(); ++i) {
         double width = 1.0;
         if (widths) width = widths->values[widths->values.size() == 1 ? 0 : i];
-        Vec3 p = to_float(transform_point(points[i], placement->holder_from_points));
+        Vec3 p = to_float(transform_point(points[i], placement->parent_from_points));
         auto stored = float(width * placement->width_scale);
         if (!is_finite(p) || !(stored >= 0.0f) || !std::isfinite(stored)) {
             // Its place among the primvars is kept

@@ -44,7 +44,7 @@ bool read_widths(Context& ctx,
 
 /// Where points with a width around them stand.
 struct RoundPlacement {
-    Mat4d holder_from_points;  ///< in double, before the cast
+    Mat4d parent_from_points;  ///< in double, before the cast
     Mat4d shape_from_stored;   ///< the identity where balls stay balls
     double width_scale = 1;    ///< of stored widths
 };
@@ -57,7 +57,7 @@ std::optional<RoundPlacement> place_round(Context& ctx,
                                           const Vec3d& first);
 
 /// Whether an affine map leaves something of balls to be met: see geometry::MappedSet.
-bool keeps_balls(const Mat4d& matrix);
+bool keeps_spheres(const Mat4d& matrix);
 
 /// What both curves and points of a prim have to say, beside their geometry: material, sides,
 /// provenance; and in warnings, that light they emit is not sampled, nor widths are of the screen.

@@ -113,17 +113,17 @@ class Pieces {
 
 /// Whether the material takes what it is on for the border of a solid and would not lose by being a
 /// thin wall: it says nothing of an inside, and what is inside differs in index.
-bool may_be_sheet(const scene::Material& m) {
+bool can_be_sheet(const scene::Material& m) {
     const bool has_index_one = scene::is_constant(m.ior) && m.ior.value.x == 1.0f;
-    return scene::may_transmit(m) && !m.thin_walled && !m.is_solid && !m.is_bare && !m.matter &&
+    return scene::can_transmit(m) && !m.thin_walled && !m.is_solid && !m.is_bare && !m.interior &&
            !(m.transmission_depth > 0.0f) && m.dielectric_priority == 0 &&
-           !scene::may_scatter_below(m) && !has_index_one;
+           !scene::can_scatter_below(m) && !has_index_one;
 }
 
 class ThinWalls {
   public:
     explicit ThinWalls(Context& ctx) : ctx_(ctx) {
-        for (const scene::Material& m : ctx.scene.materials) is_sheet_.push_back(may_be_sheet(m));
+        for (const scene::Material& m : ctx.scene.materials) is_sheet_.push_back(can_be_sheet(m));
     }
 
     void run() {

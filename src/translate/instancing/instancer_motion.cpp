@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/instancing/instancer_motion.h"
 
-#include "translate/context/placeable.h"
+#include "translate/context/instance_source.h"
 #include "translate/instancing/placement_motion.h"
-#include "translate/motion/another_time.h"
+#include "translate/motion/scoped_time.h"
 #include "translate/motion/shutter.h"
 #include "translate/motion/unblurred.h"
 
@@ -24,13 +24,13 @@ class InstancerKeys {
     InstancerKeys(Context& ctx,
                   Prim instancer,
                   const MovingRows& places,
-                  const Placeable& holder,
+                  const InstanceSource& parent,
                   const PlacedInstances& placed,
                   const Shutter& shutter)
         : ctx_(ctx),
           instancer_(instancer),
           places_(places),
-          holder_(holder),
+          holder_(parent),
           placed_(placed),
           shutter_(shutter) {}
 
@@ -49,7 +49,7 @@ class InstancerKeys {
                 for (const size_t i : rest) finish(opening, i);
             curved = is_last ? std::vector<size_t>() : std::move(rest);
         }
-        complain();
+        warn_color();
     }
 
   private:
@@ -60,7 +60,7 @@ class InstancerKeys {
     };
 
     State state_at(double way) const {
-        const motion::AnotherTime at(ctx_, shutter_.open + way * (shutter_.close - shutter_.open));
+        const motion::ScopedTime at(ctx_, shutter_.open + way * (shutter_.close - shutter_.open));
         return {places_.at(ctx_.time),
                 relative_to(motion::carried_by(ctx_, instancer_, holder_.frame, ctx_.time),
                             holder_.origin)};
@@ -118,7 +118,7 @@ class InstancerKeys {
         }
     }
 
-    void complain() const {
+    void warn_color() const {
         if (staying_ > 0) {
             ctx_.note_not_simulated(scene::Effect::TransformBlur, instancer_,
                                     "moves lights or volumes");
@@ -137,7 +137,7 @@ class InstancerKeys {
     Context& ctx_;
     Prim instancer_;
     const MovingRows& places_;
-    const Placeable& holder_;
+    const InstanceSource& holder_;
     PlacedInstances placed_;
     Shutter shutter_;
     size_t staying_ = 0, lost_ = 0;
@@ -149,15 +149,15 @@ void read_instancer_motion(Context& ctx,
                            Prim instancer,
                            const Mat4d& matrix,
                            const InstancerPlaces& places,
-                           const Placeable& holder,
+                           const InstanceSource& parent,
                            const PlacedInstances& placed) {
-    const bool may_move = places.may_move() || motion::may_be_carried(ctx, instancer, holder.frame);
-    if (!ctx.shutter || placed.placements.empty() || !may_move) return;
+    const bool can_move = places.can_move() || motion::can_be_carried(ctx, instancer, parent.frame);
+    if (!ctx.shutter || placed.placements.empty() || !can_move) return;
     const std::optional<Shutter> shutter = motion::shutter_of(ctx, instancer);
     if (!shutter) return;
     // Joints above may carry it, where its own transforms say nothing of that
-    if (motion::carried_by(ctx, instancer, holder.frame, ctx.frame) != matrix) {
-        motion::warn_if_it_moves(ctx, instancer, holder.frame);
+    if (motion::carried_by(ctx, instancer, parent.frame, ctx.frame) != matrix) {
+        motion::warn_if_it_moves(ctx, instancer, parent.frame);
         return;
     }
     if (places.is_renumbered(*shutter)) {
@@ -169,16 +169,16 @@ void read_instancer_motion(Context& ctx,
                              why));
         return;
     }
-    read_keys(ctx, instancer, places, holder, placed, *shutter);
+    read_keys(ctx, instancer, places, parent, placed, *shutter);
 }
 
 void read_keys(Context& ctx,
                Prim prim,
                const MovingRows& rows,
-               const Placeable& holder,
+               const InstanceSource& parent,
                const PlacedInstances& placed,
                const Shutter& shutter) {
-    InstancerKeys(ctx, prim, rows, holder, placed, shutter).run();
+    InstancerKeys(ctx, prim, rows, parent, placed, shutter).run();
 }
 
 }  // namespace velatura::translate::instancing

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "translate/context/placeable.h"
+#include "translate/context/instance_source.h"
 #include "translate/instancing/instancer_places.h"
 
 #include <cstddef>
@@ -21,14 +21,14 @@ void read_instancer_motion(Context& ctx,
                            Prim instancer,
                            const Mat4d& matrix,
                            const InstancerPlaces& places,
-                           const Placeable& holder,
+                           const InstanceSource& parent,
                            const PlacedInstances& placed);
 
 /// The same for what stands at `rows` in the space of a prim, whatever carries the prim itself.
 void read_keys(Context& ctx,
                Prim prim,
                const MovingRows& rows,
-               const Placeable& holder,
+               const InstanceSource& parent,
                const PlacedInstances& placed,
                const Shutter& shutter);
 

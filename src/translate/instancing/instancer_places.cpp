@@ -121,7 +121,7 @@ InstancerPlaces::InstancerPlaces(Context& ctx, Prim prim, size_t instances)
         const TimeCode time = has_velocities() ? motion::held_time(attribute, frame_) : frame_;
         return read_array(ctx, attribute, time, width, instances, fallback);
     };
-    base_ = {read(positions_, 3, "stand at the origin"), read(scales_, 3, "are not scaled"),
+    base_ = {read(positions_, 3, "are at the origin"), read(scales_, 3, "are not scaled"),
              read(orientations_, 4, "are not turned")};
     warn_of_lost_turns(ctx, orientations_, base_.orientations);
     if (base_.positions.empty()) velocities_.reset();
@@ -145,7 +145,7 @@ InstanceRows InstancerPlaces::at(TimeCode time) const {
     return rows;
 }
 
-bool InstancerPlaces::may_move() const {
+bool InstancerPlaces::can_move() const {
     return has_velocities() || positions_.might_be_time_varying() ||
            scales_.might_be_time_varying() || orientations_.might_be_time_varying();
 }

@@ -48,7 +48,7 @@ class InstancerPlaces final : public MovingRows {
     std::vector<double> sample_times() const override;
 
     /// Whether they may be elsewhere at another time than the frame's instant.
-    bool may_move() const;
+    bool can_move() const;
 
     /// Whether samples that are interpolated while the shutter is open are of other instances.
     bool is_renumbered(const Shutter& shutter) const;

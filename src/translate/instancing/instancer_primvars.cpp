@@ -2,7 +2,7 @@
 #include "translate/instancing/instancer_primvars.h"
 
 #include "translate/color/color_space.h"
-#include "translate/context/placeable.h"
+#include "translate/context/instance_source.h"
 #include "translate/geometry/primvars.h"
 #include "translate/materials/materials.h"
 #include "usd/stage/primvars.h"
@@ -70,7 +70,7 @@ std::optional<std::vector<uint32_t>> rows_of(Context& ctx,
 }
 
 /// Whether some shape of the prototype is displaced by the primvar of instances.
-bool is_displaced_by(const scene::Scene& scene, const Placeable& what, scene::PrimvarId name) {
+bool is_displaced_by(const scene::Scene& scene, const InstanceSource& what, scene::PrimvarId name) {
     const auto reads = [&](scene::MaterialId material) {
         return material < scene.materials.size() &&
                scene::reads_primvar(scene, scene.materials[material].displacement, name);
@@ -109,8 +109,8 @@ std::unordered_set<std::string> primvar_names(Prim prim) {
 }
 
 bool InstancerPrimvars::is_wanted(const std::string& name) const {
-    if (ctx_.state<geometry::WantedPrimvars>().names.contains(name)) return true;
-    const auto& materials = ctx_.state<materials::KnownMaterials>().entries;
+    if (ctx_.state<geometry::RequestedPrimvars>().names.contains(name)) return true;
+    const auto& materials = ctx_.state<materials::TranslatedMaterials>().entries;
     return std::any_of(materials.begin(), materials.end(), [&](const auto& entry) {
         const std::vector<std::string>& names = entry.second.primvars;
         return std::find(names.begin(), names.end(), name) != names.end();
@@ -165,10 +165,10 @@ ValueRange InstancerPrimvars::of(size_t instance) {
     return add_values(ctx_.scene, values);
 }
 
-void InstancerPrimvars::warn_displacement(const std::vector<Placeable*>& prototypes) {
+void InstancerPrimvars::warn_displacement(const std::vector<InstanceSource*>& prototypes) {
     for (const Source& source : sources_) {
         const bool is_displaced =
-            std::any_of(prototypes.begin(), prototypes.end(), [&](const Placeable* what) {
+            std::any_of(prototypes.begin(), prototypes.end(), [&](const InstanceSource* what) {
                 return what != nullptr && is_displaced_by(ctx_.scene, *what, source.value.name);
             });
         if (is_displaced)
@@ -206,9 +206,9 @@ ValueRange handed_on(scene::Scene& scene, const Placement& inner, const ValueRan
     return add_values(scene, values);
 }
 
-void hand_down(const scene::Scene& scene,
-               const ValueRange& range,
-               std::vector<scene::Primvar>& primvars) {
+void inherit_primvars(const scene::Scene& scene,
+                      const ValueRange& range,
+                      std::vector<scene::Primvar>& primvars) {
     for (uint32_t i = 0; i < range.count; ++i) {
         const scene::InstanceValue& value = scene.instance_values[range.first + i];
         const auto own = std::find_if(primvars.begin(), primvars.end(),

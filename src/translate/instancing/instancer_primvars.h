@@ -2,7 +2,7 @@
 #pragma once
 
 #include "scene/scene.h"
-#include "translate/context/placeable.h"
+#include "translate/context/instance_source.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -37,7 +37,7 @@ class InstancerPrimvars {
     ValueRange of(size_t instance);
 
     /// Warns of displacement by what is handed down: the prototype is displaced once for all.
-    void warn_displacement(const std::vector<Placeable*>& prototypes);
+    void warn_displacement(const std::vector<InstanceSource*>& prototypes);
 
   private:
     struct Source {
@@ -58,8 +58,8 @@ class InstancerPrimvars {
 ValueRange handed_on(scene::Scene& scene, const Placement& inner, const ValueRange& outer);
 
 /// Gives a shape that enters the scene by itself what an instance would have handed down.
-void hand_down(const scene::Scene& scene,
-               const ValueRange& range,
-               std::vector<scene::Primvar>& primvars);
+void inherit_primvars(const scene::Scene& scene,
+                      const ValueRange& range,
+                      std::vector<scene::Primvar>& primvars);
 
 }  // namespace velatura::translate::instancing

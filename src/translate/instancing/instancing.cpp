@@ -2,8 +2,8 @@
 #include "translate/instancing/instancing.h"
 
 #include "base/hash.h"
+#include "translate/context/instance_source.h"
 #include "translate/context/missing_values.h"
-#include "translate/context/placeable.h"
 #include "translate/context/values.h"
 #include "translate/instancing/instancer_motion.h"
 #include "translate/instancing/instancer_places.h"
@@ -33,8 +33,8 @@ std::string inherited_signature(Context& ctx, Prim instance) {
     if (!usd::stage::is_purpose_visible(instance, purpose)) signature += " invisible";
     // What a render pass shows may depend on where the instance stands
     if (ctx.rendered.pass) signature += "|" + instance.path_string();
-    const auto binding =
-        usd::stage::resolve_material(instance, ctx.state<materials::KnownMaterials>().purposes);
+    const auto binding = usd::stage::resolve_material(
+        instance, ctx.state<materials::TranslatedMaterials>().purposes);
     if (binding.is_bound()) {
         signature += "|" + (binding.material ? binding.material.path_string() : "no material");
         const auto strength = binding.relation.metadata("bindMaterialAs");
@@ -68,10 +68,10 @@ std::string inherited_signature(Context& ctx, Prim instance) {
 }
 
 /// The placeable under a key, and whether it is new.
-std::pair<Placeable*, bool> placeable_of(Context& ctx, const std::string& key) {
-    auto& slot = ctx.state<Placeables>().by_key[key];
+std::pair<InstanceSource*, bool> placeable_of(Context& ctx, const std::string& key) {
+    auto& slot = ctx.state<InstanceSources>().by_key[key];
     const bool is_new = !slot;
-    if (is_new) slot = std::make_unique<Placeable>();
+    if (is_new) slot = std::make_unique<InstanceSource>();
     return {slot.get(), is_new};
 }
 
@@ -104,45 +104,46 @@ InstancerArrays read_arrays(Context& ctx, Prim prim) {
 
 }  // namespace
 
-Placeable* native_prototype(Context& ctx, Prim instance, Walk walk_children) {
+InstanceSource* native_prototype(Context& ctx, Prim instance, Walk walk_children) {
     Prim prototype = instance.prototype();
     if (!prototype) prototype = instance;
     const std::string key = prototype.path_string() + inherited_signature(ctx, instance);
-    const auto [placeable, is_new] = placeable_of(ctx, key);
-    if (placeable->is_being_built) return nullptr;
+    const auto [instance_source, is_new] = placeable_of(ctx, key);
+    if (instance_source->is_being_built) return nullptr;
     if (is_new) {
-        placeable->name = prototype.path_string();
-        placeable->frame = instance;
-        placeable->is_being_built = true;
-        walk_children(ctx, instance, Mat4d(), *placeable);
-        placeable->is_being_built = false;
+        instance_source->name = prototype.path_string();
+        instance_source->frame = instance;
+        instance_source->is_being_built = true;
+        walk_children(ctx, instance, Mat4d(), *instance_source);
+        instance_source->is_being_built = false;
     }
-    return placeable;
+    return instance_source;
 }
 
-Placeable* point_prototype(Context& ctx, Prim root, const Prim& instancer, Walk walk) {
-    const auto [placeable, is_new] = placeable_of(ctx, "point " + root.path_string());
-    if (placeable->is_being_built) return nullptr;
+InstanceSource* point_prototype(Context& ctx, Prim root, const Prim& instancer, Walk walk) {
+    const auto [instance_source, is_new] = placeable_of(ctx, "point " + root.path_string());
+    if (instance_source->is_being_built) return nullptr;
     if (is_new) {
-        placeable->name = root.path_string();
-        placeable->frame = root.parent();
-        placeable->is_point_prototype = true;
-        placeable->is_being_built = true;
+        instance_source->name = root.path_string();
+        instance_source->frame = root.parent();
+        instance_source->is_point_prototype = true;
+        instance_source->is_being_built = true;
         ctx.point_prototypes.push_back({root.path(), primvar_names(instancer)});
-        walk(ctx, root, Mat4d(), *placeable);
+        walk(ctx, root, Mat4d(), *instance_source);
         ctx.point_prototypes.pop_back();
-        placeable->is_being_built = false;
+        instance_source->is_being_built = false;
     }
-    return placeable;
+    return instance_source;
 }
 
-void read_point_instancer(Context& ctx, Prim prim, const Mat4d& matrix, Placeable& out, Walk walk) {
-    std::vector<Placeable*> prototypes;
+void read_point_instancer(
+    Context& ctx, Prim prim, const Mat4d& matrix, InstanceSource& out, Walk walk) {
+    std::vector<InstanceSource*> prototypes;
     for (const auto& path : prim.relationship("prototypes").forwarded_targets()) {
         const Prim root = ctx.stage.prim_at(path);
-        Placeable* placeable = root ? point_prototype(ctx, root, prim, walk) : nullptr;
-        prototypes.push_back(placeable);
-        if (placeable == nullptr)
+        InstanceSource* instance_source = root ? point_prototype(ctx, root, prim, walk) : nullptr;
+        prototypes.push_back(instance_source);
+        if (instance_source == nullptr)
             ctx.warn("bad-instancer", prim,
                      fmt::format("prototype <{}> {}; its instances are skipped", path.to_string(),
                                  root ? "contains this instancer" : "does not exist"));
@@ -154,7 +155,7 @@ void read_point_instancer(Context& ctx, Prim prim, const Mat4d& matrix, Placeabl
     const InstanceRows rows = places.at(ctx.frame);
     if (rows.positions.empty() && n > 0)
         ctx.warn("bad-instancer", prim,
-                 fmt::format("{}; all instances stand at the origin",
+                 fmt::format("{}; all instances are at the origin",
                              missing_array(prim.attribute("positions"), ctx.frame)));
     InstancerPrimvars primvars(ctx, prim, n);
     primvars.warn_displacement(prototypes);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "translate/context/placeable.h"
+#include "translate/context/instance_source.h"
 
 #include <memory>
 #include <string>
@@ -9,20 +9,21 @@
 
 namespace velatura::translate::instancing {
 
-/// State of this room: what is placed, by what it is made of.
-struct Placeables {
-    std::unordered_map<std::string, std::unique_ptr<Placeable>> by_key;
+/// State of this module: what is placed, by what it is made of.
+struct InstanceSources {
+    std::unordered_map<std::string, std::unique_ptr<InstanceSource>> by_key;
 };
 
 /// Collects what stands at or below a prim, given the matrix of what is above it: translate/walk.h.
-using Walk = void (*)(Context& ctx, Prim prim, const Mat4d& matrix, Placeable& out);
+using Walk = void (*)(Context& ctx, Prim prim, const Mat4d& matrix, InstanceSource& out);
 
 /// Placements of a PointInstancer in the space of its holder. walk: see point_prototype.
-void read_point_instancer(Context& ctx, Prim prim, const Mat4d& matrix, Placeable& out, Walk walk);
+void read_point_instancer(
+    Context& ctx, Prim prim, const Mat4d& matrix, InstanceSource& out, Walk walk);
 /// Prototype of a native instance, whose children are walked on first use; nullptr inside itself.
-Placeable* native_prototype(Context& ctx, Prim instance, Walk walk_children);
+InstanceSource* native_prototype(Context& ctx, Prim instance, Walk walk_children);
 /// Prototype of a point instancer: the prim with its own transform and everything below, which is
 /// walked on first use; nullptr inside itself.
-Placeable* point_prototype(Context& ctx, Prim root, const Prim& instancer, Walk walk);
+InstanceSource* point_prototype(Context& ctx, Prim root, const Prim& instancer, Walk walk);
 
 }  // namespace velatura::translate::instancing

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/instancing/moving_shape.h"
 
-#include "translate/context/placeable.h"
+#include "translate/context/instance_source.h"
 #include "translate/instancing/instancing.h"
 #include "translate/instancing/placement_motion.h"
-#include "translate/motion/another_time.h"
+#include "translate/motion/scoped_time.h"
 #include "translate/motion/shutter.h"
 #include "translate/motion/unblurred.h"
 
@@ -20,31 +20,31 @@ bool place_moving_shape(Context& ctx,
                         const Mat4d& matrix,
                         const Vec3d& near,
                         const ShapeReader& read,
-                        Placeable& holder) {
+                        InstanceSource& parent) {
     if (!ctx.shutter) return false;
-    motion::warn_if_it_deforms(ctx, prim, holder.frame);
-    if (!motion::may_be_carried(ctx, prim, holder.frame)) return false;
-    auto own = std::make_unique<Placeable>();
+    motion::warn_if_it_deforms(ctx, prim, parent.frame);
+    if (!motion::can_be_carried(ctx, prim, parent.frame)) return false;
+    auto own = std::make_unique<InstanceSource>();
     own->name = prim.path_string();
     own->frame = prim;
     propose_origin(*own, near);
     {
         // What is wrong with it was said
-        const motion::AnotherTime quietly(ctx, ctx.time);
+        const motion::ScopedTime quietly(ctx, ctx.time);
         std::optional<scene::Shape> shape = read(relative_to(Mat4d(), own->origin));
         if (!shape) return false;
         own->shapes.push_back(std::move(*shape));
     }
     Placement placement;
     placement.what = own.get();
-    placement.matrix = between_origins(matrix, own->origin, holder.origin);
+    placement.matrix = between_origins(matrix, own->origin, parent.origin);
     placement.provenance = own->shapes[0].provenance;
-    read_placement_motion(ctx, prim, holder, placement);
+    read_placement_motion(ctx, prim, parent, placement);
     if (placement.later.empty()) return false;
     // A prim may be read for several prototypes
-    auto& known = ctx.state<Placeables>().by_key;
+    auto& known = ctx.state<InstanceSources>().by_key;
     known[fmt::format("moving {} {}", known.size(), own->name)] = std::move(own);
-    holder.placements.push_back(std::move(placement));
+    parent.placements.push_back(std::move(placement));
     return true;
 }
 

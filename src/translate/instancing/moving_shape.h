@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "translate/context/placeable.h"
+#include "translate/context/instance_source.h"
 
 #include <functional>
 #include <optional>
@@ -21,6 +21,6 @@ bool place_moving_shape(Context& ctx,
                         const Mat4d& matrix,
                         const Vec3d& near,
                         const ShapeReader& read,
-                        Placeable& holder);
+                        InstanceSource& parent);
 
 }  // namespace velatura::translate::instancing

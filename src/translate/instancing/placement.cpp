@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/instancing/placement.h"
 
-#include "translate/context/placeable.h"
+#include "translate/context/instance_source.h"
 #include "translate/context/values.h"
 #include "translate/geometry/mesh.h"
 #include "translate/instancing/instancer_primvars.h"
@@ -24,13 +24,13 @@ namespace velatura::translate::instancing {
 namespace {
 
 /// Index of the placeable's shapes among Scene::prototypes; moves them there on first use.
-uint32_t prototype_index(Context& ctx, Placeable& placeable) {
-    if (placeable.prototype == scene::none) {
-        placeable.prototype = uint32_t(ctx.scene.prototypes.size());
-        lights::join_mesh_light_groups(ctx, placeable.shapes);
-        ctx.scene.prototypes.push_back({placeable.name, std::move(placeable.shapes)});
+uint32_t prototype_index(Context& ctx, InstanceSource& instance_source) {
+    if (instance_source.prototype == scene::none) {
+        instance_source.prototype = uint32_t(ctx.scene.prototypes.size());
+        lights::join_mesh_light_groups(ctx, instance_source.shapes);
+        ctx.scene.prototypes.push_back({instance_source.name, std::move(instance_source.shapes)});
     }
-    return placeable.prototype;
+    return instance_source.prototype;
 }
 
 void warn_at(Context& ctx, scene::ProvenanceId id, const char* code, const std::string& message) {
@@ -64,18 +64,18 @@ void bake(Context& ctx,
             continue;
         }
         ctx.scene.shapes.push_back(geometry::baked(shape, matrix));
-        ctx.state<linking::LinkPlaces>().of_baked.push_back(link_place);
+        ctx.state<linking::LinkPathMappings>().of_baked.push_back(link_place);
         scene::MeshLightId& light = ctx.scene.shapes.back().light;
         if (light != scene::none) {
             // Its shaping turns with it
             scene::MeshLight placed = ctx.scene.mesh_lights[light];
-            placed.holder_from_light = placed.holder_from_light * matrix;
+            placed.parent_from_light = placed.parent_from_light * matrix;
             light = scene::MeshLightId(ctx.scene.mesh_lights.size());
             ctx.scene.mesh_lights.push_back(std::move(placed));
-            auto& prims = ctx.state<lights::FoundLights>().mesh_lights;
+            auto& prims = ctx.state<lights::CollectedLights>().mesh_lights;
             prims.push_back(prims[shape.light]);
         }
-        std::visit([&](auto& geometry) { hand_down(ctx.scene, values, geometry.primvars); },
+        std::visit([&](auto& geometry) { inherit_primvars(ctx.scene, values, geometry.primvars); },
                    ctx.scene.shapes.back().geometry);
     }
 }
@@ -112,10 +112,10 @@ void place_volume(Context& ctx, scene::Volume volume, const Mat4d& matrix, uint3
             if (is_object_space(ctx.scene, primvar)) move_rows(inverse, primvar.values);
     }
     ctx.scene.volumes.push_back(std::move(volume));
-    ctx.state<linking::LinkPlaces>().of_volume.push_back(link_place);
+    ctx.state<linking::LinkPathMappings>().of_volume.push_back(link_place);
 }
 
-/// State of this room: what was placed so far.
+/// State of this module: what was placed so far.
 struct PlacementCount {
     size_t copies = 0;  ///< of what instances do not share
     bool has_stopped = false;
@@ -146,7 +146,7 @@ bool count_copies(Context& ctx, scene::ProvenanceId provenance, size_t count) {
 class InstanceCounter {
   public:
     /// Itself and all that is nested in it; 0 where nothing is to be seen in the end.
-    uint64_t of(const Placeable& what) {
+    uint64_t of(const InstanceSource& what) {
         const auto known = counts_.find(&what);
         if (known != counts_.end()) return known->second;
         const bool has_own = !what.shapes.empty() || what.prototype != scene::none ||
@@ -161,7 +161,7 @@ class InstanceCounter {
     static uint64_t sum(uint64_t a, uint64_t b) { return a + std::min(b, UINT64_MAX - a); }
 
   private:
-    std::unordered_map<const Placeable*, uint64_t> counts_;
+    std::unordered_map<const InstanceSource*, uint64_t> counts_;
 };
 
 /// What is shown of a scene that asks for more than it may: enough to see what it is. It is broken
@@ -185,13 +185,13 @@ std::unordered_set<scene::ProvenanceId> refused_prims(Context& ctx,
     std::unordered_set<scene::ProvenanceId> refused;
     const size_t limit = ctx.state<PlacementLimits>().max_instances;
     if (total <= limit) return refused;
-    uint64_t rest = 0, most = 0;
+    uint64_t rest = 0, max = 0;
     for (const auto& [count, sum] : sums) {
         rest = InstanceCounter::sum(rest, sum);
-        if (rest <= std::min(uint64_t(limit), max_of_too_many)) most = count;
+        if (rest <= std::min(uint64_t(limit), max_of_too_many)) max = count;
     }
     for (const auto& [prim, count] : asked) {
-        if (count <= most) continue;
+        if (count <= max) continue;
         refused.insert(prim);
         const scene::Provenance& p = ctx.scene.provenance[prim];
         ctx.diagnostics.error(
@@ -204,7 +204,7 @@ std::unordered_set<scene::ProvenanceId> refused_prims(Context& ctx,
 }
 
 /// `matrix` and the `later` keys: of the placement, into render space. outer: what it stands in,
-/// index into LinkPlaces.
+/// index into LinkPathMappings.
 void place(Context& ctx,
            InstanceCounter& counter,
            const Placement& placement,
@@ -212,7 +212,7 @@ void place(Context& ctx,
            const std::vector<Mat4d>& later,
            uint32_t outer) {
     if (ctx.state<PlacementCount>().has_stopped) return;
-    Placeable& what = *placement.what;
+    InstanceSource& what = *placement.what;
     const scene::ProvenanceId provenance = placement.provenance;
     const Mat4 cast_matrix = to_float(matrix);
     if (!is_finite(matrix) || !is_finite(Mat4d(cast_matrix)) || !keeps_a_surface(matrix)) {
@@ -251,15 +251,15 @@ void place(Context& ctx,
                         "it is rendered without motion blur, as at shutter open");
             }
             ctx.scene.instances.push_back(instance);
-            linking::LinkPlaces& places = ctx.state<linking::LinkPlaces>();
+            linking::LinkPathMappings& places = ctx.state<linking::LinkPathMappings>();
             if (places.is_kept) places.of_instance.push_back(link_place);
         }
     }
     for (const LightSite& site : what.lights)
         lights::read_light(ctx, site, site.matrix * matrix, link_place);
     for (scene::Volume volume : what.volumes) {
-        hand_down(ctx.scene, {placement.first_value, placement.value_count},
-                  volume.surface_primvars);
+        inherit_primvars(ctx.scene, {placement.first_value, placement.value_count},
+                         volume.surface_primvars);
         place_volume(ctx, std::move(volume), matrix, link_place);
     }
     for (const Placement& nested : what.placements) {
@@ -276,10 +276,10 @@ void place(Context& ctx,
 
 }  // namespace
 
-void place_all(Context& ctx, Placeable& stage_content) {
-    leave_out_copies(ctx, stage_content);
+void place_all(Context& ctx, InstanceSource& stage_content) {
+    omit_copies(ctx, stage_content);
     ctx.scene.shapes = std::move(stage_content.shapes);
-    ctx.state<linking::LinkPlaces>().first_baked_shape = ctx.scene.shapes.size();
+    ctx.state<linking::LinkPathMappings>().first_baked_shape = ctx.scene.shapes.size();
     lights::join_mesh_light_groups(ctx, ctx.scene.shapes);
     for (const LightSite& site : stage_content.lights)
         lights::read_light(ctx, site, site.matrix, 0);

@@ -2,7 +2,7 @@
 #include "translate/instancing/placement_copies.h"
 
 #include "base/hash.h"
-#include "translate/context/placeable.h"
+#include "translate/context/instance_source.h"
 #include "translate/linking/linking.h"
 
 #include <fmt/format.h>
@@ -23,7 +23,7 @@ class CopyRemover {
   public:
     explicit CopyRemover(Context& ctx) : ctx_(ctx) {}
 
-    void visit(Placeable& content) {
+    void visit(InstanceSource& content) {
         if (!visited_.insert(&content).second) return;
         for (const Placement& placement : content.placements) visit(*placement.what);
         if (content.placements.size() > 1) remove_from(content.placements);
@@ -74,19 +74,20 @@ class CopyRemover {
         for (const scene::InstanceValue& value : values_of(placement))
             for (const float v : value.values)
                 h = hash_combine(h, std::bit_cast<uint32_t>(v + 0.0f));
-        if (ctx_.state<linking::LinkPlaces>().is_kept) h = hash_combine(h, placement.provenance);
+        if (ctx_.state<linking::LinkPathMappings>().is_kept)
+            h = hash_combine(h, placement.provenance);
         return h;
     }
 
     bool is_copy(const Placement& a, const Placement& b) {
         return a.what == b.what && a.matrix == b.matrix && a.later == b.later &&
                std::ranges::equal(values_of(a), values_of(b)) &&
-               (a.provenance == b.provenance || !ctx_.state<linking::LinkPlaces>().is_kept) &&
+               (a.provenance == b.provenance || !ctx_.state<linking::LinkPathMappings>().is_kept) &&
                !adds_up(*a.what);
     }
 
     /// Whether several in one place are more than one.
-    bool adds_up(const Placeable& what) {
+    bool adds_up(const InstanceSource& what) {
         const auto known = adds_up_.find(&what);
         if (known != adds_up_.end()) return known->second;
         const bool result =
@@ -98,15 +99,15 @@ class CopyRemover {
     }
 
     Context& ctx_;
-    std::unordered_set<const Placeable*> visited_;
-    std::unordered_map<const Placeable*, bool> adds_up_;
+    std::unordered_set<const InstanceSource*> visited_;
+    std::unordered_map<const InstanceSource*, bool> adds_up_;
     size_t count_ = 0;
     scene::ProvenanceId first_ = scene::none;
 };
 
 }  // namespace
 
-void leave_out_copies(Context& ctx, Placeable& content) {
+void omit_copies(Context& ctx, InstanceSource& content) {
     CopyRemover remover(ctx);
     remover.visit(content);
     remover.warn();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "translate/context/placeable.h"
+#include "translate/context/instance_source.h"
 
 namespace velatura::translate::instancing {
 
@@ -10,6 +10,6 @@ namespace velatura::translate::instancing {
 /// first is seen. Lights without a mesh and volumes in one place add up, so what holds some is
 /// kept, and what light linking or casters may tell apart. One warning for all. Before anything is
 /// multiplied out: a few lines of copies within copies come to millions.
-void leave_out_copies(Context& ctx, Placeable& content);
+void omit_copies(Context& ctx, InstanceSource& content);
 
 }  // namespace velatura::translate::instancing

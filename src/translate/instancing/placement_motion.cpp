@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/instancing/placement_motion.h"
 
-#include "translate/context/placeable.h"
+#include "translate/context/instance_source.h"
 #include "translate/context/values.h"
-#include "translate/motion/another_time.h"
+#include "translate/motion/scoped_time.h"
 #include "translate/motion/shutter.h"
 #include "translate/motion/unblurred.h"
 #include "usd/stage/xform.h"
@@ -17,7 +17,7 @@
 
 namespace velatura::translate::instancing {
 
-bool must_stay(const Context& ctx, Placeable& what) {
+bool must_stay(const Context& ctx, InstanceSource& what) {
     if (what.must_stay) return *what.must_stay;
     const auto emits = [&](scene::MaterialId material) {
         return material < ctx.scene.materials.size() &&
@@ -41,10 +41,10 @@ namespace {
 
 /// Largest sum of a row of the upper 3×3: what the matrix may lengthen.
 double largest_row(const Mat4d& m) {
-    double most = 0;
+    double max = 0;
     for (int i = 0; i < 3; ++i)
-        most = std::max(most, std::abs(m[i][0]) + std::abs(m[i][1]) + std::abs(m[i][2]));
-    return most;
+        max = std::max(max, std::abs(m[i][0]) + std::abs(m[i][1]) + std::abs(m[i][2]));
+    return max;
 }
 
 double translation(const Mat4d& m) {
@@ -72,7 +72,7 @@ double reach_of(double size, const Mat4d& placed) {
 
 }  // namespace
 
-double reach_of(Placeable& what) {
+double reach_of(InstanceSource& what) {
     if (what.reach) return *what.reach;
     double reach = 0;
     for (const scene::Shape& shape : what.shapes) {
@@ -97,7 +97,8 @@ double reach_of(Placeable& what) {
 
 bool strays(const Mat4d& m, const Mat4d& straight, double reach) {
     const Mat4d off = m - straight;
-    return largest_row(off) * reach + translation(off) > motion::straying * reach * largest_row(m);
+    return largest_row(off) * reach + translation(off) >
+           motion::interpolation_tolerance * reach * largest_row(m);
 }
 
 bool fits_floats(const Mat4d& m) {
@@ -133,19 +134,19 @@ Mat4d key_of(const Mat4d& first, const std::vector<Mat4d>& later, size_t key, si
 
 void read_placement_motion(Context& ctx,
                            Prim instance,
-                           const Placeable& holder,
+                           const InstanceSource& parent,
                            Placement& placement) {
-    if (!ctx.shutter || !motion::may_be_carried(ctx, instance, holder.frame)) return;
+    if (!ctx.shutter || !motion::can_be_carried(ctx, instance, parent.frame)) return;
     const std::optional<Shutter> seen = motion::shutter_of(ctx, instance);
     if (!seen) return;
     const Shutter shutter = *seen;
     const auto matrix_at = [&](double time) {
-        return between_origins(motion::carried_by(ctx, instance, holder.frame, time),
-                               placement.what->origin, holder.origin);
+        return between_origins(motion::carried_by(ctx, instance, parent.frame, time),
+                               placement.what->origin, parent.origin);
     };
     // Joints above may carry it, where its own transforms say nothing of that
     if (must_stay(ctx, *placement.what) || matrix_at(ctx.time.value()) != placement.matrix) {
-        motion::warn_if_it_moves(ctx, instance, holder.frame);
+        motion::warn_if_it_moves(ctx, instance, parent.frame);
         return;
     }
     const auto at_way = [&](double way) {
@@ -159,7 +160,7 @@ void read_placement_motion(Context& ctx,
         });
     };
     std::vector<Mat4d> keys;
-    for (size_t segments = fewest_segments({}, instance, holder.frame, shutter);
+    for (size_t segments = fewest_segments({}, instance, parent.frame, shutter);
          segments <= motion::max_segments; segments *= 2) {
         const double step = 1.0 / double(segments);
         keys.clear();

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "translate/context/placeable.h"
-#include "translate/motion/another_time.h"
+#include "translate/context/instance_source.h"
+#include "translate/motion/scoped_time.h"
 
 #include <cstddef>
 #include <vector>
@@ -10,10 +10,10 @@
 namespace velatura::translate::instancing {
 
 /// Whether light would have to be sampled from what moves, or volumes looked up in it.
-bool must_stay(const Context& ctx, Placeable& what);
+bool must_stay(const Context& ctx, InstanceSource& what);
 
 /// How far what is placed reaches from its origin, about.
-double reach_of(Placeable& what);
+double reach_of(InstanceSource& what);
 
 /// Whether something of this reach, placed by m, is too far from where a straight line leads.
 bool strays(const Mat4d& m, const Mat4d& straight, double reach);
@@ -32,7 +32,7 @@ size_t fewest_segments(std::vector<double> times, Prim prim, Prim frame, const S
 /// holds lights stays, and is named.
 void read_placement_motion(Context& ctx,
                            Prim instance,
-                           const Placeable& holder,
+                           const InstanceSource& parent,
                            Placement& placement);
 
 /// Keys of something that stands in something else; both may move.
@@ -41,6 +41,6 @@ std::vector<Mat4d> composed_motion(const Placement& inner,
                                    const std::vector<Mat4d>& outer_later);
 
 /// Where it is asked, between two keys, how far the matrices are from a straight line.
-inline constexpr double ways_between[] = {motion::aside, 0.5, 1 - motion::aside};
+inline constexpr double ways_between[] = {motion::probe_fraction, 0.5, 1 - motion::probe_fraction};
 
 }  // namespace velatura::translate::instancing

@@ -132,16 +132,16 @@ class Parser {
         fail("not an IES file: no line starts with \"TILT=\"");
     }
 
-    std::vector<double> angles(size_t how_many, const char* what, double most) {
+    std::vector<double> angles(size_t how_many, const char* what, double max) {
         std::vector<double> all;
         while (all.size() < how_many) {
             const double angle = number(what);
-            if (angle < -angle_tolerance || angle > most + angle_tolerance)
-                fail(fmt::format("{} are in [0, {}] degrees, not {}", what, most, angle));
+            if (angle < -angle_tolerance || angle > max + angle_tolerance)
+                fail(fmt::format("{} are in [0, {}] degrees, not {}", what, max, angle));
             else if (!all.empty() && !(angle > all.back()))
                 fail(fmt::format("{} ascend, {} does not", what, angle));
             if (error_) break;
-            all.push_back(std::clamp(angle, 0.0, most));
+            all.push_back(std::clamp(angle, 0.0, max));
         }
         return all;
     }

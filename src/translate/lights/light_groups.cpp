@@ -38,7 +38,7 @@ std::string clean_name(std::string_view name) {
     return out.empty() ? "light" : out;
 }
 
-/// State of this room: Scene::groups by what joins lights, and their names.
+/// State of this module: Scene::groups by what joins lights, and their names.
 struct KnownGroups {
     std::unordered_map<std::string, scene::GroupId> by_key;
     UniqueNames names{""};

@@ -7,7 +7,7 @@
 
 namespace velatura::translate::lights {
 
-/// State of this room: how lights are grouped, by default one row for each.
+/// State of this module: how lights are grouped, by default one row for each.
 struct GroupingPolicy {
     LightGrouping grouping = LightGrouping::PerLight;
 };

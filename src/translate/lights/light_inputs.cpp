@@ -19,7 +19,7 @@ namespace velatura::translate::lights {
 
 namespace {
 
-/// State of this room: IES profiles that were read, null where that failed.
+/// State of this module: IES profiles that were read, null where that failed.
 struct KnownProfiles {
     std::unordered_map<std::string, std::shared_ptr<const scene::IesProfile>> by_file;
 };
@@ -163,11 +163,11 @@ scene::Shaping read_shaping(Context& ctx, Prim prim) {
 
 scene::LightLinks read_shadow(Context& ctx, Prim light) {
     scene::LightLinks links;
-    const auto number = [&](const char* name, double fallback, double least) {
+    const auto number = [&](const char* name, double fallback, double min) {
         const Attribute attribute = light_input(ctx, light, name);
         const double value = read_number(attribute, fallback, ctx.time);
         // Written so that NaN is caught
-        if (value >= least && value <= double(std::numeric_limits<float>::max())) return value;
+        if (value >= min && value <= double(std::numeric_limits<float>::max())) return value;
         ctx.warn("bad-light-value", attribute,
                  fmt::format("{} {:.6g} is out of range, {} is used", name, value, fallback));
         return fallback;
@@ -190,7 +190,7 @@ scene::LightLinks read_shadow(Context& ctx, Prim light) {
             ctx.warn("bad-light-value", color,
                      "shadow:color is negative or not finite, shadows are black");
     }
-    if (!links.has_own_shadows() &&
+    if (!links.has_custom_shadows() &&
         (light_input(ctx, light, "shadow:distance").has_authored_value() ||
          color.has_authored_value()))
         ctx.note_zero(scene::Effect::ShadowControls, light, "shadows of any reach, black");

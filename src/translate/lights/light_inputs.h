@@ -17,7 +17,7 @@ Attribute light_input(Context& ctx, Prim prim, std::string_view name);
 double default_intensity(std::string_view type);
 double input_number(Context& ctx, Prim prim, std::string_view name, double fallback);
 
-/// Colour × blackbody × intensity × 2^exposure, in double.
+/// Color × blackbody × intensity × 2^exposure, in double.
 Vec3d read_radiance(Context& ctx, Prim prim, double default_intensity);
 /// Whether the radiance is one that a light can have; warns when it is not.
 bool is_good_radiance(Context& ctx, Prim prim, const Vec3d& Le);
@@ -28,7 +28,7 @@ scene::Shaping read_shaping(Context& ctx, Prim prim);
 /// UsdLuxShadowAPI, but for shadow:enable, which link_all() reads.
 scene::LightLinks read_shadow(Context& ctx, Prim light);
 
-/// Names features of the light that are not honoured: filters, attributes of old schemas.
+/// Names features of the light that are not honored: filters, attributes of old schemas.
 void warn_light_features(Context& ctx, Prim prim);
 
 }  // namespace velatura::translate::lights

@@ -2,7 +2,7 @@
 #include "translate/lights/lights.h"
 
 #include "translate/color/color_space.h"
-#include "translate/context/placeable.h"
+#include "translate/context/instance_source.h"
 #include "translate/context/values.h"
 #include "translate/lights/light_area.h"
 #include "translate/lights/light_groups.h"
@@ -139,7 +139,7 @@ void read_dome(Context& ctx, Prim prim, scene::Light& light) {
     if (format == "latlong") {
         light.dome_format = scene::DomeFormat::LatLong;
     } else if (format == "mirroredBall") {
-        light.dome_format = scene::DomeFormat::MirroredBall;
+        light.dome_format = scene::DomeFormat::MirrorBall;
     } else if (format == "angular") {
         light.dome_format = scene::DomeFormat::Angular;
     } else if (format == "cubeMapVerticalCross") {
@@ -229,7 +229,7 @@ bool read_light(Context& ctx,
     light.group = join_light_group(ctx, prim);
     light.provenance = ctx.provenance(prim);
     ctx.scene.lights.push_back(std::move(light));
-    ctx.state<FoundLights>().placed.push_back({prim, place});
+    ctx.state<CollectedLights>().placed.push_back({prim, place});
     return true;
 }
 

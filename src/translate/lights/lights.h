@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "translate/context/placeable.h"
+#include "translate/context/instance_source.h"
 
 #include <cstdint>
 #include <string_view>
@@ -9,8 +9,8 @@
 
 namespace velatura::translate::lights {
 
-/// State of this room: the lights that were found.
-struct FoundLights {
+/// State of this module: the lights that were found.
+struct CollectedLights {
     /// A light as often as it is placed.
     struct Placed {
         Prim prim;
@@ -26,7 +26,7 @@ bool is_light_type(std::string_view type);
 /// Whether the prim is a light, be it of a kind that is not rendered.
 bool is_any_light(Prim prim);
 /// Light of the prim, appended to Scene::lights and groups. place: where it stands, kept in
-/// FoundLights. False when it emits nothing.
+/// CollectedLights. False when it emits nothing.
 bool read_light(Context& ctx,
                 const LightSite& site,
                 const Mat4d& render_from_light,

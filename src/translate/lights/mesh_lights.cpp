@@ -53,7 +53,7 @@ bool has_glow(const Context& ctx, const scene::Shape& shape) {
     return std::any_of(mesh->face_materials.begin(), mesh->face_materials.end(), glows);
 }
 
-/// State of this room: the material of mesh lights without material response.
+/// State of this module: the material of mesh lights without material response.
 struct BlackMaterial {
     scene::MaterialId id = scene::none;
 };
@@ -77,8 +77,8 @@ bool is_geometry_light(Prim prim) {
     return prim.has_api("LightAPI") || prim.has_api("MeshLightAPI");
 }
 
-void make_mesh_light(Context& ctx, Prim prim, const Mat4d& holder_from_light, scene::Shape& shape) {
-    ctx.state<FoundLights>().has_prim = true;
+void make_mesh_light(Context& ctx, Prim prim, const Mat4d& parent_from_light, scene::Shape& shape) {
+    ctx.state<CollectedLights>().has_prim = true;
     scene::MeshLight light;
     light.name = prim.path_string();
     const Vec3d Le = read_radiance(ctx, prim, 1.0);
@@ -86,7 +86,7 @@ void make_mesh_light(Context& ctx, Prim prim, const Mat4d& holder_from_light, sc
     light.Le = to_float(Le);
     light.is_normalized = read_bool(light_input(ctx, prim, "normalize"), false, ctx.time);
     light.shaping = read_shaping(ctx, prim);
-    light.holder_from_light = holder_from_light;
+    light.parent_from_light = parent_from_light;
     light.diffuse_multiplier = float(input_number(ctx, prim, "diffuse", 1.0));
     light.specular_multiplier = float(input_number(ctx, prim, "specular", 1.0));
     light.links = read_shadow(ctx, prim);
@@ -95,9 +95,9 @@ void make_mesh_light(Context& ctx, Prim prim, const Mat4d& holder_from_light, sc
     // Geometry without a material has nothing to follow
     const MaterialSync sync =
         has_any_binding(ctx, prim) ? read_sync(ctx, prim) : MaterialSync::NoResponse;
-    light.is_tinted_by_glow = sync == MaterialSync::GlowTintsLight;
+    light.is_tinted_by_emission = sync == MaterialSync::GlowTintsLight;
     light.shows_material = sync != MaterialSync::NoResponse;
-    if (light.is_tinted_by_glow && !has_glow(ctx, shape))
+    if (light.is_tinted_by_emission && !has_glow(ctx, shape))
         ctx.warn("mesh-light-without-glow", prim,
                  "light tinted by the emission of its material, which emits nothing; the light "
                  "emits nothing (see light:materialSyncMode)");
@@ -108,14 +108,14 @@ void make_mesh_light(Context& ctx, Prim prim, const Mat4d& holder_from_light, sc
     light.provenance = shape.provenance;
     shape.light = scene::MeshLightId(ctx.scene.mesh_lights.size());
     ctx.scene.mesh_lights.push_back(std::move(light));
-    ctx.state<FoundLights>().mesh_lights.push_back(prim);
+    ctx.state<CollectedLights>().mesh_lights.push_back(prim);
 }
 
 void join_mesh_light_groups(Context& ctx, const std::vector<scene::Shape>& shapes) {
     for (const scene::Shape& shape : shapes) {
         if (shape.light == scene::none) continue;
         ctx.scene.mesh_lights[shape.light].group =
-            join_light_group(ctx, ctx.state<FoundLights>().mesh_lights[shape.light]);
+            join_light_group(ctx, ctx.state<CollectedLights>().mesh_lights[shape.light]);
     }
 }
 

@@ -12,7 +12,7 @@ namespace velatura::translate::lights {
 bool is_geometry_light(Prim prim);
 /// Makes the shape of a prim a light, if it can be one. The group is left to be joined once the
 /// shape is placed.
-void make_mesh_light(Context& ctx, Prim prim, const Mat4d& holder_from_light, scene::Shape& shape);
+void make_mesh_light(Context& ctx, Prim prim, const Mat4d& parent_from_light, scene::Shape& shape);
 /// Gives the lights among shapes that enter the scene their rows.
 void join_mesh_light_groups(Context& ctx, const std::vector<scene::Shape>& shapes);
 

@@ -35,7 +35,7 @@ class Divider {
         for (size_t i = 0; i < direct; ++i) {
             const size_t before = ctx_.scene.shapes.size();
             divide(ctx_.scene.shapes, i);
-            LinkPlaces& places = ctx_.state<LinkPlaces>();
+            LinkPathMappings& places = ctx_.state<LinkPathMappings>();
             places.of_baked.insert(places.of_baked.end(), ctx_.scene.shapes.size() - before,
                                    places.of_shape(i));
         }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/linking/linking.h"
 
-#include "translate/context/placeable.h"
+#include "translate/context/instance_source.h"
 #include "translate/context/values.h"
 #include "translate/lights/light_inputs.h"
 #include "translate/lights/lights.h"
@@ -50,12 +50,12 @@ void warn_idle_expression(Context& ctx, Prim light, const std::string& collectio
                              collection));
 }
 
-Path map_path(const LinkPlace& place, Path path) {
+Path map_path(const LinkPathMapping& place, Path path) {
     return place.read.is_empty() ? path : path.replace_prefix(place.read, place.placed);
 }
 
 std::vector<Path> paths_at(const Context& ctx,
-                           const LinkPlace& place,
+                           const LinkPathMapping& place,
                            scene::ProvenanceId provenance) {
     std::vector<Path> paths = {
         map_path(place, Path::from(ctx.scene.provenance[provenance].prim_path))};
@@ -66,7 +66,7 @@ std::vector<Path> paths_at(const Context& ctx,
 /// All collections of all lights, and what geometry is in them.
 class Linker {
   public:
-    explicit Linker(Context& ctx) : ctx_(ctx), places_(ctx.state<LinkPlaces>()) {}
+    explicit Linker(Context& ctx) : ctx_(ctx), places_(ctx.state<LinkPathMappings>()) {}
 
     void run() {
         read_collections();
@@ -86,9 +86,9 @@ class Linker {
     };
 
     void read_collections() {
-        const auto& found = ctx_.state<lights::FoundLights>();
-        for (const lights::FoundLights::Placed& light : found.placed) {
-            const LinkPlace& place = places_.list[light.place];
+        const auto& found = ctx_.state<lights::CollectedLights>();
+        for (const lights::CollectedLights::Placed& light : found.placed) {
+            const LinkPathMapping& place = places_.list[light.place];
             const Prim prim = ctx_.stage.prim_at(map_path(place, light.prim.path()));
             lights_.push_back(read_request(prim ? prim : light.prim));
         }
@@ -137,7 +137,7 @@ class Linker {
         return query.includes_first(paths);
     }
 
-    LinkClass class_of(const LinkPlace& place, scene::ProvenanceId provenance) {
+    LinkClass class_of(const LinkPathMapping& place, scene::ProvenanceId provenance) {
         const std::vector<Path> paths = paths_at(ctx_, place, provenance);
         std::vector<Path> subsets;
         if (const auto at = subsets_.find(provenance); at != subsets_.end())
@@ -155,7 +155,7 @@ class Linker {
         subsets_ = divide_by_subsets(ctx_, queries_);
         scene::Scene& scene = ctx_.scene;
         for (size_t i = 0; i < scene.shapes.size(); ++i) {
-            const LinkPlace& place = places_.list[places_.of_shape(i)];
+            const LinkPathMapping& place = places_.list[places_.of_shape(i)];
             scene.shapes[i].link = class_of(place, scene.shapes[i].provenance);
         }
         for (size_t i = 0; i < scene.volumes.size(); ++i)
@@ -171,7 +171,7 @@ class Linker {
         }
     }
 
-    uint32_t make_row(const LinkPlace& place, uint32_t prototype) {
+    uint32_t make_row(const LinkPathMapping& place, uint32_t prototype) {
         std::vector<LinkClass> row;
         for (const scene::Shape& shape : ctx_.scene.prototypes[prototype].shapes)
             row.push_back(class_of(place, shape.provenance));
@@ -237,7 +237,7 @@ class Linker {
     }
 
     Context& ctx_;
-    const LinkPlaces& places_;
+    const LinkPathMappings& places_;
     std::vector<Request> lights_, mesh_lights_;
     std::vector<CollectionQuery> queries_;
     std::map<std::string, uint32_t> known_queries_;
@@ -257,7 +257,7 @@ bool note_linking(Context& ctx, Prim light) {
         is_any = is_linked(ctx, light, collection) || is_any;
         warn_idle_expression(ctx, light, collection);
     }
-    bool& is_kept = ctx.state<LinkPlaces>().is_kept;
+    bool& is_kept = ctx.state<LinkPathMappings>().is_kept;
     is_kept = is_kept || is_any;
     return is_any;
 }
@@ -265,16 +265,16 @@ bool note_linking(Context& ctx, Prim light) {
 std::vector<usd::layer::Path> places_of(const Context& ctx,
                                         uint32_t place,
                                         scene::ProvenanceId provenance) {
-    return paths_at(ctx, ctx.state<LinkPlaces>().list[place], provenance);
+    return paths_at(ctx, ctx.state<LinkPathMappings>().list[place], provenance);
 }
 
 uint32_t place_inside(Context& ctx, uint32_t outer, const Placement& placement) {
-    LinkPlaces& places = ctx.state<LinkPlaces>();
+    LinkPathMappings& places = ctx.state<LinkPathMappings>();
     if (!places.is_kept) return 0;
     const auto [at, is_new] = places.known.try_emplace(
         {outer, placement.provenance, placement.what}, uint32_t(places.list.size()));
     if (!is_new) return at->second;
-    LinkPlace place = places.list[outer];
+    LinkPathMapping place = places.list[outer];
     const Path path =
         map_path(place, Path::from(ctx.scene.provenance[placement.provenance].prim_path));
     if (placement.what->is_point_prototype) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "translate/context/placeable.h"
+#include "translate/context/instance_source.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -12,18 +12,18 @@
 namespace velatura::translate::linking {
 
 /// Where geometry stands that was read once and placed more often, for collections of paths.
-struct LinkPlace {
+struct LinkPathMapping {
     /// What is below `read` stands below `placed`; empty: where it was read.
     usd::layer::Path read, placed;
     std::vector<usd::layer::Path> instancers;  ///< point instancers, the innermost first
 };
 
-/// State of this room: where everything stands.
-struct LinkPlaces {
+/// State of this module: where everything stands.
+struct LinkPathMappings {
     bool is_kept = false;  ///< some light is linked, see note_linking, or casters are wanted
     /// The first is that of what is placed directly.
-    std::vector<LinkPlace> list = std::vector<LinkPlace>(1);
-    std::map<std::tuple<uint32_t, scene::ProvenanceId, const Placeable*>, uint32_t> known;
+    std::vector<LinkPathMapping> list = std::vector<LinkPathMapping>(1);
+    std::map<std::tuple<uint32_t, scene::ProvenanceId, const InstanceSource*>, uint32_t> known;
     // Indices into `list`
     std::vector<uint32_t> of_volume;    ///< of Scene::volumes
     std::vector<uint32_t> of_instance;  ///< of Scene::instances; empty unless is_kept
@@ -41,7 +41,7 @@ struct LinkPlaces {
 bool note_linking(Context& ctx, Prim light);
 
 /// Where the prototype of a placement stands that itself stands at `outer`, index into
-/// LinkPlaces::list; 0 when nothing is linked.
+/// LinkPathMappings::list; 0 when nothing is linked.
 uint32_t place_inside(Context& ctx, uint32_t outer, const Placement& placement);
 
 /// Paths that what was placed there goes by: its own below the instance that brings it, then those

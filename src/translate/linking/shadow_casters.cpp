@@ -31,7 +31,7 @@ constexpr size_t max_casters = 1024;
 
 class CasterFinder {
   public:
-    explicit CasterFinder(Context& ctx) : ctx_(ctx), places_(ctx.state<LinkPlaces>()) {}
+    explicit CasterFinder(Context& ctx) : ctx_(ctx), places_(ctx.state<LinkPathMappings>()) {}
 
     void run() {
         read_patterns();
@@ -240,7 +240,7 @@ class CasterFinder {
     };
 
     Context& ctx_;
-    const LinkPlaces& places_;
+    const LinkPathMappings& places_;
     CasterTree tree_;                 ///< of what nothing else names
     bool divides_component_ = false;  ///< the only one
     std::vector<Pattern> patterns_;

@@ -8,7 +8,7 @@
 
 namespace velatura::translate::linking {
 
-/// State of this room: which casters are wanted; see TranslateOptions.
+/// State of this module: which casters are wanted; see TranslateOptions.
 struct CasterChoice {
     bool is_wanted = false;
     std::vector<std::string> patterns;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shaders of fibres: info:id VelaturaHair (docs/reference/usd_support.md).
+// Shaders of fibers: info:id VelaturaHair (docs/reference/usd_support.md).
 #include "translate/materials/materials.h"
 #include "translate/materials/shader_inputs.h"
 

@@ -32,13 +32,12 @@ bool is_node(std::string_view id, std::string_view name) {
 }
 
 /// Numbers that the renderer can do with.
-Rgb usable(
-    Context& ctx, const Attribute& from, std::string_view what, const Rgb& read, float most) {
+Rgb usable(Context& ctx, const Attribute& from, std::string_view what, const Rgb& read, float max) {
     Rgb value;
-    for (int c = 0; c < 3; ++c) value[c] = read[c] > 0.0f ? std::min(read[c], most) : 0.0f;
+    for (int c = 0; c < 3; ++c) value[c] = read[c] > 0.0f ? std::min(read[c], max) : 0.0f;
     if (value != read)
         ctx.warn("material-out-of-range", from,
-                 fmt::format("{} must be in 0 to {:g}; it is clamped", what, most));
+                 fmt::format("{} must be in 0 to {:g}; it is clamped", what, max));
     return value;
 }
 
@@ -77,7 +76,9 @@ Prim find_distribution(NodeGraphReader& graph, Prim shader) {
 
 }  // namespace
 
-std::optional<scene::Matter> read_interior(Context& ctx, Prim material, MaterialEntry& entry) {
+std::optional<scene::MediumProperties> read_interior(Context& ctx,
+                                                     Prim material,
+                                                     MaterialEntry& entry) {
     const auto is_used = [&](const char* name) {
         return material.attribute(name).has_authored_connections();
     };
@@ -102,7 +103,7 @@ std::optional<scene::Matter> read_interior(Context& ctx, Prim material, Material
                              id.empty() ? "without info:id" : id));
         return std::nullopt;
     }
-    scene::Matter medium;
+    scene::MediumProperties medium;
     medium.absorption = coefficient(graph, distribution, "absorption");
     if (!scatters) return medium;
     medium.scattering = coefficient(graph, distribution, "scattering");
@@ -130,22 +131,22 @@ bool has_volume_output(Prim material) {
     });
 }
 
-scene::Material bare_interior(const scene::Matter& medium) {
+scene::Material bare_interior(const scene::MediumProperties& medium) {
     scene::Material material;
     material.is_bare = true;
     material.has_specular = false;
     material.diffuse_color = scene::Input(Rgb(0.0f));
     material.opacity = scene::Input(0.0f);
     material.ior = scene::Input(1.0f);
-    material.matter = medium;
+    material.interior = medium;
     return material;
 }
 
 void fill_interior(Context& ctx,
                    Prim prim,
-                   const scene::Matter& medium,
+                   const scene::MediumProperties& medium,
                    scene::Material& material) {
-    material.matter = medium;
+    material.interior = medium;
     if (material.thin_walled)
         ctx.warn("needs-body", prim,
                  "the volume output has no effect: the surface of the material is a thin wall, "

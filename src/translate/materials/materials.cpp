@@ -20,7 +20,7 @@ namespace {
 
 const MaterialEntry no_material;
 
-/// State of this room: bindings of another purpose that a warning named.
+/// State of this module: bindings of another purpose that a warning named.
 struct ReportedBindings {
     std::unordered_set<std::string> paths;
 };
@@ -75,11 +75,11 @@ bool is_zero(const scene::Input& input) {
     return input.source == scene::Input::Source::Constant && !(input.value.x > 0.0f);
 }
 
-/// Which of several bodies fills the space that they share.
+/// Which of several solids fills the space that they share.
 void read_priority(Context& ctx, InputReader& reader, scene::Material& material) {
-    constexpr double most = 1e6;
+    constexpr double max = 1e6;
     const double priority = reader.constant_number("velatura:dielectricPriority", 0.0);
-    const bool is_usable = std::abs(priority) <= most && priority == std::floor(priority);
+    const bool is_usable = std::abs(priority) <= max && priority == std::floor(priority);
     if (is_usable) {
         material.dielectric_priority = int(priority);
         return;
@@ -88,7 +88,7 @@ void read_priority(Context& ctx, InputReader& reader, scene::Material& material)
         "bad-priority", reader.shader.attribute("inputs:velatura:dielectricPriority"),
         fmt::format("inputs:velatura:dielectricPriority is {:g}, expected a whole number within "
                     "±{:g}; 0 is used",
-                    priority, most));
+                    priority, max));
 }
 
 bool is_authored(Prim shader, const std::string& input) {
@@ -118,7 +118,7 @@ void read_subsurface(Context& ctx, InputReader& reader, scene::Material& materia
                  "inputs:velatura:subsurfaceRadius is below 0; 0 is used");
 }
 
-/// What scatters in the body.
+/// What scatters in the solid.
 void read_scatter(Context& ctx, InputReader& reader, scene::Material& material) {
     const Attribute attribute = reader.shader.attribute("inputs:velatura:transmissionScatter");
     const scene::Input scatter = reader.color("velatura:transmissionScatter", Rgb(0.0f));
@@ -180,7 +180,7 @@ constexpr std::array neutral_inputs = {
     NeutralInput{"velatura:roughTransmission", 0, scene::Effect::RoughTransmission},
     NeutralInput{"velatura:thinWalled", 0, scene::Effect::ThinWalls},
     NeutralInput{"velatura:diffuseTransmission", 0, scene::Effect::DiffuseTransmission},
-    NeutralInput{"velatura:dielectricPriority", 0, scene::Effect::NestedBodies},
+    NeutralInput{"velatura:dielectricPriority", 0, scene::Effect::NestedDielectrics},
     NeutralInput{"velatura:subsurface", 0, scene::Effect::Subsurface},
     NeutralInput{"velatura:transmissionDepth", 0, scene::Effect::Absorption}};
 
@@ -317,18 +317,18 @@ const MaterialEntry& add_material(Context& ctx,
     material.provenance = ctx.provenance(prim);
     entry.id = scene::MaterialId(ctx.scene.materials.size());
     ctx.scene.materials.push_back(std::move(material));
-    KnownMaterials& known = ctx.state<KnownMaterials>();
+    TranslatedMaterials& known = ctx.state<TranslatedMaterials>();
     known.has_emissive = known.has_emissive || entry.is_emissive;
     return entry;
 }
 
 const MaterialEntry& material_entry(Context& ctx, Prim material) {
     const auto [it, is_new] =
-        ctx.state<KnownMaterials>().entries.try_emplace(material.path_string());
+        ctx.state<TranslatedMaterials>().entries.try_emplace(material.path_string());
     MaterialEntry& entry = it->second;
     if (!is_new) return entry;
     entry.name = material.path_string();
-    const std::optional<scene::Matter> medium = read_interior(ctx, material, entry);
+    const std::optional<scene::MediumProperties> medium = read_interior(ctx, material, entry);
     if (medium && !has_surface_output(material))
         return add_material(ctx, material, bare_interior(*medium), entry);
     const Prim shader = surface_shader(ctx, material);
@@ -352,7 +352,7 @@ const MaterialEntry& material_entry(Context& ctx, Prim material) {
 /// Names a binding that counts under another purpose only.
 void warn_other_purpose(Context& ctx, Prim prim) {
     for (const char* purpose : {"full", "preview"}) {
-        const auto& asked = ctx.state<KnownMaterials>().purposes;
+        const auto& asked = ctx.state<TranslatedMaterials>().purposes;
         if (std::find(asked.begin(), asked.end(), purpose) != asked.end()) continue;
         const auto binding = usd::stage::resolve_material(prim, purpose);
         if (!binding.is_bound() ||
@@ -370,7 +370,7 @@ void warn_other_purpose(Context& ctx, Prim prim) {
 }  // namespace
 
 bool has_binding(Context& ctx, Prim prim) {
-    return usd::stage::resolve_material(prim, ctx.state<KnownMaterials>().purposes).is_bound();
+    return usd::stage::resolve_material(prim, ctx.state<TranslatedMaterials>().purposes).is_bound();
 }
 
 void warn_if_displaced(Context& ctx, Prim prim, const MaterialEntry& material) {
@@ -381,7 +381,8 @@ void warn_if_displaced(Context& ctx, Prim prim, const MaterialEntry& material) {
 }
 
 const MaterialEntry& bound_material(Context& ctx, Prim prim) {
-    const auto binding = usd::stage::resolve_material(prim, ctx.state<KnownMaterials>().purposes);
+    const auto binding =
+        usd::stage::resolve_material(prim, ctx.state<TranslatedMaterials>().purposes);
     if (!binding.is_bound()) warn_other_purpose(ctx, prim);
     // The stage has warned about a binding that names no Material; it still wins
     if (!binding.material) return no_material;

@@ -22,8 +22,8 @@ struct MaterialEntry {
     bool needs_tangents = false;  ///< by texture coordinates of the mesh, whatever their name
 };
 
-/// State of this room: what bindings are followed, and what they led to.
-struct KnownMaterials {
+/// State of this module: what bindings are followed, and what they led to.
+struct TranslatedMaterials {
     std::vector<std::string> purposes = {"full"};  ///< the first that binds wins
     std::unordered_map<std::string, MaterialEntry> entries;
     bool has_emissive = false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Nodes of MaterialX that compute: numbers, vectors, channels, colours, choices. Ref: MaterialX
+// Nodes of MaterialX that compute: numbers, vectors, channels, colors, choices. Ref: MaterialX
 // Specification 1.38 and 1.39, "Standard Library Nodes", and stdlib_ng.mtlx for what these are made
 // of.
 #include "translate/materials/node_graph.h"
@@ -227,7 +227,7 @@ Port combine(Node n) {
     Port parts[4] = {b.constant(0.0f), b.constant(0.0f), b.constant(0.0f), b.constant(0.0f)};
     int filled = 0;
     for (const char* name : {"in1", "in2", "in3", "in4"}) {
-        // A colour or a pair fills as many channels as it has
+        // A color or a pair fills as many channels as it has
         const Port in = n.graph.any_input(n.prim, name, b.constant(0.0f));
         for (int c = 0; c < in.width && filled < 4; ++c)
             parts[filled++] = b.channel(in, uint32_t(c));
@@ -330,7 +330,7 @@ constexpr NodeCategory categories[] = {
     {"combine4", combine},
     {"swizzle", swizzle},
     {"convert", convert},
-    // Colour
+    // Color
     {"luminance", luminance},
     {"saturate", saturate},
     {"rgbtohsv", to_hsv},

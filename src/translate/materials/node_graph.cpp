@@ -211,12 +211,12 @@ Port NodeGraphReader::normal_map(Prim node) {
     return builder.multiply(decoded, by);
 }
 
-scene::Input NodeGraphReader::finish(Prim surface, Port p, const Rgb& stand_in) {
-    if (const auto input = builder.input(p, stand_in)) return *input;
+scene::Input NodeGraphReader::finish(Prim surface, Port p, const Rgb& varying_value) {
+    if (const auto input = builder.input(p, varying_value)) return *input;
     ctx.warn("pattern-too-large", surface,
              fmt::format("a node graph has more than {} nodes; its input keeps its default",
                          scene::max_pattern_steps));
-    return scene::Input(stand_in);
+    return scene::Input(varying_value);
 }
 
 Port GraphNode::in(std::string_view input, float otherwise) const {

@@ -58,7 +58,7 @@ class NodeGraphReader {
     Port normal_map(Prim node);
 
     /// How a pattern becomes an input of the scene; a warning when it is too large.
-    scene::Input finish(Prim surface, Port p, const Rgb& stand_in);
+    scene::Input finish(Prim surface, Port p, const Rgb& varying_value);
 
     std::string id_of(Prim shader);
 

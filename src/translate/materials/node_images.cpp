@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Nodes that read images, and the colours in them.
+// Nodes that read images, and the colors in them.
 #include "translate/color/color_space.h"
 #include "translate/context/values.h"
 #include "translate/materials/node_graph.h"
@@ -71,7 +71,7 @@ scene::Texture image_file(const GraphNode& node) {
     const auto colors = read_file(node, texture);
     if (texture.authored.empty())
         ctx.warn("no-texture-file", node.prim, "image has no file; its default is used");
-    // Without a mark the numbers are taken as they are; only colours have a space at all
+    // Without a mark the numbers are taken as they are; only colors have a space at all
     const bool is_color = !node.name.types.empty() && node.name.types[0].starts_with("color");
     texture.colors.curve = scene::SourceColorSpace::Raw;
     if (is_color && colors) texture.colors = *colors;

@@ -26,7 +26,7 @@ constexpr std::array<std::string_view, 15> preview_inputs = {
     "opacityMode",   "opacityThreshold",   "ior",
     "normal",        "displacement",       "occlusion"};
 
-/// The same numbers as a UsdPreviewSurface of USD, on which MaterialX has modelled its own.
+/// The same numbers as a UsdPreviewSurface of USD, on which MaterialX has modeled its own.
 scene::Material read_preview_surface(SurfaceReader& s) {
     scene::Material m;
     m.diffuse_color = s.finish(s.color("diffuseColor", Rgb(0.18f)), Rgb(0.18f));
@@ -53,7 +53,7 @@ scene::Material read_preview_surface(SurfaceReader& s) {
 
 }  // namespace
 
-bool SurfaceReader::may_be_positive(Port p) const {
+bool SurfaceReader::can_be_positive(Port p) const {
     const PatternValue* v = graph.builder.constant_value(p);
     if (v == nullptr) return true;
     for (int i = 0; i < p.width; ++i) {
@@ -67,7 +67,7 @@ bool SurfaceReader::is_authored(std::string_view name) const {
     return input.has_authored_value() || input.has_authored_connections();
 }
 
-void SurfaceReader::refuse(std::string_view name, float neutral) {
+void SurfaceReader::reject(std::string_view name, float neutral) {
     const Port p = graph.any_input(shader, name, builder().constant(neutral));
     if (builder().is_constant(p, neutral)) return;
     graph.ctx.warn("unsupported-input", shader.attribute("inputs:" + std::string(name)),
@@ -75,11 +75,11 @@ void SurfaceReader::refuse(std::string_view name, float neutral) {
 }
 
 void SurfaceReader::note_neutral(std::string_view name, Port p, scene::Effect effect) {
-    if (graph.is_authored(shader, name) && !may_be_positive(p))
+    if (graph.is_authored(shader, name) && !can_be_positive(p))
         graph.ctx.note_zero(effect, shader, fmt::format("{} 0", name));
 }
 
-void SurfaceReader::refuse_connected(std::string_view name) {
+void SurfaceReader::reject_connected(std::string_view name) {
     if (!graph.connected_shader(shader, name)) return;
     graph.ctx.warn("unsupported-input", shader.attribute("inputs:" + std::string(name)),
                    fmt::format("inputs:{} is not supported; it is ignored", name));
@@ -131,7 +131,7 @@ scene::Input SurfaceReader::normal(std::string_view name) {
 void SurfaceReader::read_scatter(scene::Material& m) {
     const Port scatter = color("transmission_scatter", Rgb(0.0f));
     note_neutral("transmission_scatter", scatter, scene::Effect::InteriorMedia);
-    if (!may_be_positive(scatter)) return;
+    if (!can_be_positive(scatter)) return;
     const Attribute attribute = shader.attribute("inputs:transmission_scatter");
     const PatternValue* v = graph.builder.constant_value(scatter);
     if (v == nullptr) {

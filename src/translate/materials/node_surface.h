@@ -40,18 +40,18 @@ struct SurfaceReader {
     }
 
     /// stand_in: Input::value where it varies.
-    scene::Input finish(Port p, const Rgb& stand_in = Rgb(0.0f)) {
-        return graph.finish(shader, p, stand_in);
+    scene::Input finish(Port p, const Rgb& varying_value = Rgb(0.0f)) {
+        return graph.finish(shader, p, varying_value);
     }
 
-    bool may_be_positive(Port p) const;
+    bool can_be_positive(Port p) const;
     /// Whether the shader says something of the input, be it the default.
     bool is_authored(std::string_view name) const;
     /// Warns when an input that nothing is made of says something.
-    void refuse(std::string_view name, float neutral);
+    void reject(std::string_view name, float neutral);
     /// Tells the plan of an effect that the shader authors so that it does nothing.
     void note_neutral(std::string_view name, Port p, scene::Effect effect);
-    void refuse_connected(std::string_view name);
+    void reject_connected(std::string_view name);
     void warn_unknown(std::span<const std::string_view> known);
     /// What `transmission_scatter` and its anisotropy say of the inside, where there is one.
     void read_scatter(scene::Material& m);
@@ -63,7 +63,7 @@ scene::Material read_standard_surface(SurfaceReader& s);
 scene::Material read_open_pbr_surface(SurfaceReader& s);
 
 /// Grazing reflectance with which Schlick's formula gives `at_82` at a cosine of 1/7, where the
-/// models of metal have their second colour; in [0, 1].
+/// models of metal have their second color; in [0, 1].
 Port schlick_f90(PatternBuilder& b, Port f0, Port at_82);
 
 }  // namespace velatura::translate::materials

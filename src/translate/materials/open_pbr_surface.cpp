@@ -73,10 +73,10 @@ Port read_coat(SurfaceReader& s, scene::Material& m) {
     s.note_neutral("coat_weight", weight, scene::Effect::Clearcoat);
     m.clearcoat_roughness = s.finish(s.number("coat_roughness", 0.0f));
     m.extras->coat_ior = s.finish(s.number("coat_ior", 1.6f), Rgb(1.6f));
-    if (s.may_be_positive(weight)) {
-        s.refuse("coat_roughness_anisotropy", 0.0f);
-        s.refuse_connected("geometry_coat_normal");
-        if (s.may_be_positive(s.number("coat_darkening", 1.0f)))
+    if (s.can_be_positive(weight)) {
+        s.reject("coat_roughness_anisotropy", 0.0f);
+        s.reject_connected("geometry_coat_normal");
+        if (s.can_be_positive(s.number("coat_darkening", 1.0f)))
             s.graph.ctx.warn("unsupported-input", s.shader,
                              "inputs:coat_darkening (default 1) is not supported; light reflected "
                              "inside the coat keeps its color");
@@ -91,7 +91,7 @@ void read_transmission(SurfaceReader& s, Port metalness, Port tint, scene::Mater
     const Port opacity = s.number("geometry_opacity", 1.0f);
     const bool is_whole = b.is_constant(opacity, 1.0f);
     s.note_neutral("transmission_weight", share, scene::Effect::Transmission);
-    if (!s.may_be_positive(share)) {
+    if (!s.can_be_positive(share)) {
         if (is_whole) return;
         m.presence = true;
         m.opacity = s.finish(opacity, Rgb(1.0f));
@@ -109,7 +109,7 @@ void read_transmission(SurfaceReader& s, Port metalness, Port tint, scene::Mater
     if (!(m.transmission_depth > 0.0f)) color = b.multiply(color, tint);
     m.transmission_color = s.finish(color, Rgb(1.0f));
     s.read_scatter(m);
-    s.refuse("transmission_dispersion_scale", 0.0f);
+    s.reject("transmission_dispersion_scale", 0.0f);
 }
 
 /// Diffuse base and what lies deeper than it; of a thin wall, half of that goes through.
@@ -118,7 +118,7 @@ void read_diffuse(SurfaceReader& s, Port base_color, Port tint, scene::Material&
     Port diffuse = base_color;
     const Port weight = s.number("subsurface_weight", 0.0f);
     s.note_neutral("subsurface_weight", weight, scene::Effect::Subsurface);
-    if (s.may_be_positive(weight)) {
+    if (s.can_be_positive(weight)) {
         const Port color = s.color("subsurface_color", Rgb(0.8f));
         if (m.thin_walled) {
             const Port forward =
@@ -166,7 +166,7 @@ scene::Material read_open_pbr_surface(SurfaceReader& s) {
     const Port weight = s.number("specular_weight", 1.0f);
     const Port color = s.color("specular_color", Rgb(1.0f));
     m.metallic = s.finish(metalness);
-    if (s.may_be_positive(metalness)) {
+    if (s.can_be_positive(metalness)) {
         // F82-tint: specular_color times Schlick's reflectance at a cosine of 1/7
         const Port schlick = b.mix(base_color, b.color(Rgb(1.0f)), b.constant(0.46266438f));
         const Port f90 = b.is_constant(color, 1.0f)
@@ -180,10 +180,10 @@ scene::Material read_open_pbr_surface(SurfaceReader& s) {
     m.ior = s.finish(modulated_ior(b, s.number("specular_ior", 1.5f), weight), Rgb(1.5f));
     m.roughness = s.finish(s.number("specular_roughness", 0.3f), Rgb(0.3f));
     const Port anisotropy = s.number("specular_roughness_anisotropy", 0.0f);
-    if (s.may_be_positive(anisotropy)) {
+    if (s.can_be_positive(anisotropy)) {
         m.anisotropy = s.finish(anisotropy);
         s.graph.entry.needs_tangents = true;
-        s.refuse_connected("geometry_tangent");
+        s.reject_connected("geometry_tangent");
     }
     read_transmission(s, metalness, tint, m);
 
@@ -196,7 +196,7 @@ scene::Material read_open_pbr_surface(SurfaceReader& s) {
         b.multiply(s.color("emission_color", Rgb(1.0f)), s.number("emission_luminance", 0.0f)),
         tint));
     m.normal = s.normal("geometry_normal");
-    s.refuse("thin_film_weight", 0.0f);
+    s.reject("thin_film_weight", 0.0f);
     s.warn_unknown(known_inputs);
     return m;
 }

@@ -203,9 +203,9 @@ void PatternBuilder::follow_coordinates(const PatternStep& step, Port made) {
                          step.op == PatternOp::Rotate2;
     if (!has_two) return;
     const bool is_first = affine_[step.in[0]].has_value();
-    const bool may_swap = step.op == PatternOp::Add || step.op == PatternOp::Multiply;
-    const auto& source = affine_[step.in[is_first || !may_swap ? 0 : 1]];
-    const PatternStep& other = steps_[step.in[is_first || !may_swap ? 1 : 0]];
+    const bool can_swap = step.op == PatternOp::Add || step.op == PatternOp::Multiply;
+    const auto& source = affine_[step.in[is_first || !can_swap ? 0 : 1]];
+    const PatternStep& other = steps_[step.in[is_first || !can_swap ? 1 : 0]];
     if (!source || other.op != PatternOp::Constant) return;
     const double x = double(constants_[other.data].x), y = double(constants_[other.data].y);
     Map2 next;
@@ -240,10 +240,10 @@ std::optional<scene::TextureId> PatternBuilder::whole_texture(Port p) const {
     return step.data;
 }
 
-std::optional<scene::Input> PatternBuilder::input(Port p, const Rgb& stand_in) {
+std::optional<scene::Input> PatternBuilder::input(Port p, const Rgb& varying_value) {
     using Source = scene::Input::Source;
     if (is_full_) return std::nullopt;
-    scene::Input out(stand_in);
+    scene::Input out(varying_value);
     const PatternStep& root = steps_[p.step];
     // What UsdPreviewSurface could have said takes the way of UsdPreviewSurface
     if (const PatternValue* v = constant_value(p)) {

@@ -87,7 +87,7 @@ class PatternBuilder {
 
     /// The input that the port feeds: as simple as it can be. stand_in: its Input::value where it
     /// varies. Nothing when the graph has more than scene::max_pattern_steps.
-    std::optional<scene::Input> input(Port p, const Rgb& stand_in);
+    std::optional<scene::Input> input(Port p, const Rgb& varying_value);
 
   private:
     using Key = std::tuple<uint8_t, uint8_t, uint16_t, uint16_t, uint16_t, uint16_t, uint32_t>;

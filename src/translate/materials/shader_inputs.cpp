@@ -14,7 +14,7 @@ std::string shader_id(Context& ctx, Prim shader) {
     return read_text(shader.attribute("info:id"), "", ctx.time);
 }
 
-/// One number or three as a colour; false for other values.
+/// One number or three as a color; false for other values.
 bool read_rgb(Context& ctx, const Attribute& attribute, Rgb& out) {
     std::vector<float> rows;
     int width = 0;
@@ -35,7 +35,7 @@ scene::TextureOutput texture_output(Context& ctx, const ShaderSource& source, bo
         ctx.warn("unknown-shader-output", source.shader,
                  fmt::format("UsdUVTexture has no output {}, rgb is used", source.output));
     }
-    // A number takes the first channel of a colour
+    // A number takes the first channel of a color
     return is_color ? scene::TextureOutput::Rgb : scene::TextureOutput::R;
 }
 
@@ -43,7 +43,7 @@ scene::TextureOutput texture_output(Context& ctx, const ShaderSource& source, bo
 template <class Complain>
 ShaderSource follow(const usd::stage::Stage& stage,
                     const Attribute& attribute,
-                    const Complain& complain) {
+                    const Complain& warn_color) {
     constexpr int deepest = 64;
     Attribute current = attribute;
     // The deepest that has a value serves where the end of the connections has none
@@ -58,25 +58,25 @@ ShaderSource follow(const usd::stage::Stage& stage,
         const ShaderSource end{Prim(), "", with_value.is_valid() ? with_value : current};
         if (connections.empty()) return end;
         if (connections.size() > 1)
-            complain("several-connections", current,
-                     fmt::format("{} has {} connections, the first is used", current.path_string(),
-                                 connections.size()));
+            warn_color("several-connections", current,
+                       fmt::format("{} has {} connections, the first is used",
+                                   current.path_string(), connections.size()));
         const usd::layer::Path target = connections[0];
         const Prim prim = stage.prim_at(target.prim_path());
         const std::string name = target.name().str();
         if (!prim || !target.is_property()) {
-            complain("unresolved-connection", current,
-                     fmt::format("connection target <{}> not found; {}", target.to_string(),
-                                 what_is_used()));
+            warn_color("unresolved-connection", current,
+                       fmt::format("connection target <{}> not found; {}", target.to_string(),
+                                   what_is_used()));
             return end;
         }
         const bool is_output = name.rfind("outputs:", 0) == 0;
         if (is_output && prim.type_name() == "Shader") return {prim, name.substr(8), {}};
         current = prim.attribute(name);
     }
-    complain("connection-cycle", attribute,
-             fmt::format("connections of {} are deeper than {}, {}", attribute.path_string(),
-                         deepest, what_is_used()));
+    warn_color("connection-cycle", attribute,
+               fmt::format("connections of {} are deeper than {}, {}", attribute.path_string(),
+                           deepest, what_is_used()));
     return {Prim(), "", with_value.is_valid() ? with_value : attribute};
 }
 

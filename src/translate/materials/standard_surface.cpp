@@ -79,7 +79,7 @@ Port conductor_at_82(PatternBuilder& b, Port color, Port g) {
 /// What the coat does to all that is below it.
 struct Coat {
     Port weight, tint;
-    Port gamma;      ///< exponent of colours: coat_affect_color
+    Port gamma;      ///< exponent of colors: coat_affect_color
     Port roughness;  ///< share of full roughness that is mixed in: coat_affect_roughness
 };
 
@@ -90,9 +90,9 @@ Coat read_coat(SurfaceReader& s, scene::Material& m) {
     s.note_neutral("coat", weight, scene::Effect::Clearcoat);
     m.clearcoat_roughness = s.finish(roughness, Rgb(0.1f));
     m.extras->coat_ior = s.finish(s.number("coat_IOR", 1.5f), Rgb(1.5f));
-    if (s.may_be_positive(weight)) {
-        s.refuse("coat_anisotropy", 0.0f);
-        s.refuse_connected("coat_normal");
+    if (s.can_be_positive(weight)) {
+        s.reject("coat_anisotropy", 0.0f);
+        s.reject_connected("coat_normal");
     }
     const Port share = b.clamp(weight, b.constant(0.0f), b.constant(1.0f));
     return {weight, b.mix(b.color(Rgb(1.0f)), s.color("coat_color", Rgb(1.0f)), share),
@@ -106,7 +106,7 @@ void read_microfacets(SurfaceReader& s, const Coat& coat, scene::Material& m) {
     PatternBuilder& b = s.builder();
     Port roughness = b.mix(s.number("specular_roughness", 0.2f), b.constant(1.0f), coat.roughness);
     const Port anisotropy = s.number("specular_anisotropy", 0.0f);
-    if (s.may_be_positive(anisotropy)) {
+    if (s.can_be_positive(anisotropy)) {
         const Port stretch = b.multiply(anisotropy, b.constant(0.9f));
         const Port ratio = b.invert(stretch);
         const Port both =
@@ -117,7 +117,7 @@ void read_microfacets(SurfaceReader& s, const Coat& coat, scene::Material& m) {
         m.anisotropy = s.finish(stretch);
         m.anisotropy_rotation = s.finish(s.number("specular_rotation", 0.0f));
         s.graph.entry.needs_tangents = true;
-        s.refuse_connected("tangent");
+        s.reject_connected("tangent");
     }
     m.roughness = s.finish(roughness, Rgb(0.2f));
 }
@@ -130,7 +130,7 @@ void read_transmission(SurfaceReader& s, Port metalness, const Coat& coat, scene
     const Port presence = b.dot(opacity, b.color(Rgb(0.2722287f, 0.6740818f, 0.0536895f)));
     const bool is_whole = b.is_constant(opacity, 1.0f);
     s.note_neutral("transmission", share, scene::Effect::Transmission);
-    if (!s.may_be_positive(share)) {
+    if (!s.can_be_positive(share)) {
         if (is_whole) return;
         m.presence = true;
         m.opacity = s.finish(presence, Rgb(1.0f));
@@ -145,12 +145,12 @@ void read_transmission(SurfaceReader& s, Port metalness, const Coat& coat, scene
     m.transmission_depth = float(s.graph.constant_number(s.shader, "transmission_depth", 0.0));
     if (m.thin_walled) m.transmission_depth = 0;
     Port color = s.color("transmission_color", Rgb(1.0f));
-    // What absorbs is the body, not the coat on it
+    // What absorbs is the solid, not the coat on it
     if (!(m.transmission_depth > 0.0f)) color = b.multiply(color, coat.tint);
     m.transmission_color = s.finish(color, Rgb(1.0f));
     s.read_scatter(m);
-    s.refuse("transmission_dispersion", 0.0f);
-    s.refuse("transmission_extra_roughness", 0.0f);
+    s.reject("transmission_dispersion", 0.0f);
+    s.reject("transmission_extra_roughness", 0.0f);
 }
 
 }  // namespace
@@ -175,7 +175,7 @@ scene::Material read_standard_surface(SurfaceReader& s) {
     m.thin_walled = s.graph.constant_number(s.shader, "thin_walled", 0.0) != 0.0;
     m.is_solid = !m.thin_walled && s.is_authored("thin_walled");
     s.note_neutral("subsurface", subsurface, scene::Effect::Subsurface);
-    if (s.may_be_positive(subsurface)) {
+    if (s.can_be_positive(subsurface)) {
         const Port color = under_coat(s.color("subsurface_color", Rgb(1.0f)));
         if (m.thin_walled) {
             m.diffuse_transmission = s.finish(subsurface);
@@ -199,7 +199,7 @@ scene::Material read_standard_surface(SurfaceReader& s) {
     m.metallic = s.finish(metalness);
     const Port specular =
         b.multiply(s.color("specular_color", Rgb(1.0f)), s.number("specular", 1.0f));
-    if (s.may_be_positive(metalness)) {
+    if (s.can_be_positive(metalness)) {
         const Port reflectivity = b.multiply(base_color, base);
         const Port f90 =
             b.is_constant(specular, 1.0f)
@@ -222,7 +222,7 @@ scene::Material read_standard_surface(SurfaceReader& s) {
     m.emissive_color = s.finish(b.multiply(
         b.multiply(s.color("emission_color", Rgb(1.0f)), s.number("emission", 0.0f)), coat.tint));
     m.normal = s.normal("normal");
-    s.refuse("thin_film_thickness", 0.0f);
+    s.reject("thin_film_thickness", 0.0f);
     s.warn_unknown(known_inputs);
     return m;
 }

@@ -11,7 +11,7 @@ namespace velatura::translate::materials {
 
 namespace {
 
-/// State of this room: Scene::textures, by the path of their shader.
+/// State of this module: Scene::textures, by the path of their shader.
 struct KnownTextures {
     std::unordered_map<std::string, scene::TextureId> by_shader;
     std::unordered_set<scene::TextureId> need_coordinates;  ///< whose `st` has no fallback

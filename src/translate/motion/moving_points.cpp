@@ -2,8 +2,8 @@
 #include "translate/motion/moving_points.h"
 
 #include "translate/context/values.h"
-#include "translate/motion/another_time.h"
 #include "translate/motion/pose.h"
+#include "translate/motion/scoped_time.h"
 #include "translate/motion/velocities.h"
 
 #include <optional>
@@ -50,7 +50,7 @@ std::vector<Vec3d> read_points(Context& ctx, Prim prim, const Pose* pose) {
 
 bool has_velocities(Context& ctx, Prim prim) {
     if (!prim.attribute("velocities").has_authored_value()) return false;
-    const AnotherTime quietly(ctx, ctx.time);
+    const ScopedTime quietly(ctx, ctx.time);
     const Attribute points = prim.attribute("points");
     const size_t count = points.value(held_time(points, ctx.frame)).array_size();
     return read_point_velocities(ctx, prim, count).has_value();

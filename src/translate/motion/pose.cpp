@@ -3,8 +3,8 @@
 
 #include "base/hash.h"
 #include "translate/context/values.h"
-#include "translate/motion/another_time.h"
 #include "translate/motion/moving_points.h"
+#include "translate/motion/scoped_time.h"
 #include "translate/motion/skinning.h"
 #include "usd/stage/skeleton.h"
 #include "usd/stage/xform.h"
@@ -23,7 +23,7 @@ using usd::layer::Token;
 using usd::stage::SkelBinding;
 using usd::stage::SkeletonPose;
 
-/// State of this room: poses of skeletons, by path and time.
+/// State of this module: poses of skeletons, by path and time.
 struct KnownPoses {
     std::unordered_map<std::string, SkeletonPose> by_key;
 };
@@ -253,7 +253,7 @@ std::optional<Pose> read_pose(Context& ctx, Prim prim, Prim frame) {
         return pose.is_rigid ? std::optional<Pose>(pose) : std::nullopt;
     }
     const auto count_points = [&] {
-        const AnotherTime quietly(ctx, ctx.time);
+        const ScopedTime quietly(ctx, ctx.time);
         return read_points(ctx, prim, nullptr).size();
     };
     const size_t points = count_points();

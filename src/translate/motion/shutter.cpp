@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/motion/shutter.h"
 
-#include "translate/motion/another_time.h"
 #include "translate/motion/pose.h"
+#include "translate/motion/scoped_time.h"
 #include "translate/motion/velocities.h"
 #include "usd/stage/skeleton.h"
 #include "usd/stage/xform.h"
@@ -20,7 +20,7 @@ std::vector<Prim> chain_of(Prim prim, Prim frame) {
     return chain;
 }
 
-bool may_be_carried(Context& ctx, Prim prim, Prim frame) {
+bool can_be_carried(Context& ctx, Prim prim, Prim frame) {
     const std::vector<Prim> chain = chain_of(prim, frame);
     return std::any_of(chain.begin(), chain.end(), [&](Prim at) {
         return usd::stage::local_transform(at, ctx.time).might_be_varying ||
@@ -29,7 +29,7 @@ bool may_be_carried(Context& ctx, Prim prim, Prim frame) {
 }
 
 Mat4d carried_by(Context& ctx, Prim prim, Prim frame, TimeCode time) {
-    const AnotherTime at(ctx, time);
+    const ScopedTime at(ctx, time);
     const std::optional<Pose> pose = read_pose(ctx, prim, frame);
     return pose && pose->is_rigid ? pose->matrix : matrix_in_frame(ctx, prim, frame);
 }

@@ -17,7 +17,7 @@ std::optional<Shutter> shutter_of(Context& ctx, Prim prim);
 std::vector<Prim> chain_of(Prim prim, Prim frame);
 
 /// Whether transforms or joints may move the prim as a whole.
-bool may_be_carried(Context& ctx, Prim prim, Prim frame);
+bool can_be_carried(Context& ctx, Prim prim, Prim frame);
 
 /// Matrix of a prim into the space of `frame`'s children at a time, joints that carry it as a whole
 /// included.

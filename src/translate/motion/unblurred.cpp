@@ -2,9 +2,9 @@
 // What moves and is rendered as it is at the frame's instant.
 #include "translate/motion/unblurred.h"
 
-#include "translate/motion/another_time.h"
 #include "translate/motion/moving_points.h"
 #include "translate/motion/pose.h"
+#include "translate/motion/scoped_time.h"
 #include "translate/motion/shutter.h"
 #include "usd/stage/skeleton.h"
 
@@ -35,7 +35,7 @@ bool differs(const Context& ctx, const Attribute& attribute, double time) {
 
 /// Points of the prim where its skeleton moves them.
 std::vector<Vec3d> posed_points(Context& ctx, Prim prim, Prim frame, TimeCode time) {
-    const AnotherTime at(ctx, time);
+    const ScopedTime at(ctx, time);
     const std::optional<Pose> pose = read_pose(ctx, prim, frame);
     std::vector<Vec3d> points = read_points(ctx, prim, pose ? &*pose : nullptr);
     if (pose && pose->skin)
@@ -51,10 +51,10 @@ bool deforms(Context& ctx, Prim prim, Prim frame, const Shutter& shutter) {
     };
     if (std::any_of(std::begin(shape_attributes), std::end(shape_attributes), is_other))
         return true;
-    const bool may_move = has_velocities(ctx, prim) ||
+    const bool can_move = has_velocities(ctx, prim) ||
                           prim.attribute("points").might_be_time_varying() ||
                           usd::stage::skel_binding(prim);
-    if (!may_move) return false;
+    if (!can_move) return false;
     const std::vector<Vec3d> now = posed_points(ctx, prim, frame, ctx.frame);
     return std::any_of(times.begin(), times.end(),
                        [&](double time) { return posed_points(ctx, prim, frame, time) != now; });

@@ -43,7 +43,7 @@ std::vector<double> read_aligned(Context& ctx,
     int width = 0;
     const TimeCode held = held_time(attribute, ctx.frame);
     if (!read_rows(attribute.value(held), rows, width) || rows.empty()) return {};
-    const auto refuse = [&](const std::string& why) {
+    const auto reject = [&](const std::string& why) {
         ctx.warn("unused-velocities", attribute,
                  fmt::format("{} {}; they are ignored, and {} is interpolated between samples",
                              attribute.name().str(), why, carried.name().str()));
@@ -52,10 +52,10 @@ std::vector<double> read_aligned(Context& ctx,
     const auto own = bracket(attribute, ctx.frame.value());
     const auto other = bracket(carried, ctx.frame.value());
     if (!own || !other || !own->is_that_of(*other))
-        return refuse(
+        return reject(
             fmt::format("have no samples at the times of those of {}", carried.name().str()));
     if (width != 3 || rows.size() != 3 * elements)
-        return refuse(
+        return reject(
             fmt::format("has {} elements, expected {}", rows.size() / size_t(width), elements));
     size_t infinite = 0;
     for (double& number : rows) {

@@ -72,12 +72,12 @@ class OpticsReader {
         warn_unknown_attributes();
     }
 
-    double number(const OpticsInput& input, double fallback, double least, double most) {
-        const Vec3d value = color(input, Vec3d(fallback), least, most);
+    double number(const OpticsInput& input, double fallback, double min, double max) {
+        const Vec3d value = color(input, Vec3d(fallback), min, max);
         return value.x;
     }
 
-    Vec3d color(const OpticsInput& input, const Vec3d& fallback, double least, double most) {
+    Vec3d color(const OpticsInput& input, const Vec3d& fallback, double min, double max) {
         Attribute from = volume_.attribute(fmt::format("velatura:volume:{}", input.own));
         if (!from.has_authored_value()) from = shader_value(input.shader);
         std::vector<double> rows;
@@ -90,18 +90,18 @@ class OpticsReader {
                 : Vec3d(rows[0]);
         Vec3d value;
         for (int c = 0; c < 3; ++c)
-            value[c] = std::isfinite(read[c]) ? std::clamp(read[c], least, most) : fallback[c];
+            value[c] = std::isfinite(read[c]) ? std::clamp(read[c], min, max) : fallback[c];
         if (value != read)
             ctx_.warn("volume-optics", from,
                       fmt::format("{} of a volume must be in {:g} to {:g}; it is clamped",
-                                  input.own, least, most));
+                                  input.own, min, max));
         return value;
     }
 
   private:
     Prim volume_shader() {
-        const auto binding =
-            usd::stage::resolve_material(volume_, ctx_.state<materials::KnownMaterials>().purposes);
+        const auto binding = usd::stage::resolve_material(
+            volume_, ctx_.state<materials::TranslatedMaterials>().purposes);
         if (!binding.material) return Prim();
         for (const char* name : {"outputs:velatura:volume", "outputs:volume"}) {
             const Attribute output = binding.material.attribute(name);
@@ -201,7 +201,7 @@ Rgb rgb(const Vec3d& v) {
     return {float(v.x), float(v.y), float(v.z)};
 }
 
-/// displayColor, if it is one colour, as far as it can be an albedo, else a middle grey.
+/// displayColor, if it is one color, as far as it can be an albedo, else a middle gray.
 Vec3d usual_albedo(Context& ctx, Prim prim) {
     std::vector<float> rows;
     int width = 0;
@@ -220,17 +220,17 @@ Vec3d usual_albedo(Context& ctx, Prim prim) {
 scene::VolumeOptics read_volume_optics(Context& ctx,
                                        Prim prim,
                                        std::map<std::string, FieldRole>& roles) {
-    constexpr double most = 1e30;
+    constexpr double max = 1e30;
     OpticsReader read(ctx, prim, roles);
     scene::VolumeOptics optics;
-    optics.density_scale = float(read.number(density_scale, 1.0, 0.0, most));
-    optics.extinction_color = rgb(read.color(extinction_color, Vec3d(1.0), 0.0, most));
+    optics.density_scale = float(read.number(density_scale, 1.0, 0.0, max));
+    optics.extinction_color = rgb(read.color(extinction_color, Vec3d(1.0), 0.0, max));
     optics.albedo = rgb(read.color(albedo, usual_albedo(ctx, prim), 0.0, 1.0));
     optics.anisotropy = float(read.number(anisotropy, 0.0, -1.0, 1.0));
-    const double strength = read.number(emission_scale, 1.0, 0.0, most);
-    optics.emission = rgb(read.color(emission_color, flame_color, 0.0, most) * strength);
-    optics.temperature_scale = float(read.number(temperature_scale, 1.0, 0.0, most));
-    optics.blackbody = float(read.number(blackbody, 1.0, 0.0, most));
+    const double strength = read.number(emission_scale, 1.0, 0.0, max);
+    optics.emission = rgb(read.color(emission_color, flame_color, 0.0, max) * strength);
+    optics.temperature_scale = float(read.number(temperature_scale, 1.0, 0.0, max));
+    optics.blackbody = float(read.number(blackbody, 1.0, 0.0, max));
     optics.blackbody_colors = blackbody_table();
     return optics;
 }

@@ -64,7 +64,7 @@ scene::GridKind kind_of(Context& ctx, Prim field) {
                                  : scene::GridKind::AsStored;
 }
 
-/// State of this room: Scene::volume_fields, by what is wanted of which file.
+/// State of this module: Scene::volume_fields, by what is wanted of which file.
 struct KnownFields {
     std::unordered_map<std::string, uint32_t> by_key;
 };
@@ -120,7 +120,7 @@ Box3d read_extent(Context& ctx, Prim prim) {
 /// Whether the material has a surface and nothing that fills a volume.
 bool is_surface_material(Context& ctx, Prim volume) {
     const auto binding =
-        usd::stage::resolve_material(volume, ctx.state<materials::KnownMaterials>().purposes);
+        usd::stage::resolve_material(volume, ctx.state<materials::TranslatedMaterials>().purposes);
     return binding.material && materials::has_surface_output(binding.material) &&
            !materials::has_volume_output(binding.material);
 }

@@ -47,10 +47,10 @@ int ArcAdder::add(ArcRequest request) {
     if (added < 0) return -1;
 
     // The arcs of a composed site have been followed already, but for its variants
-    const bool may_add_variants = build_.frame == nullptr;
+    const bool can_add_variants = build_.frame == nullptr;
     tasks_.add(added,
                {request.skip_authored_arcs || request.ancestral, request.skip_implied_specializes,
-                build_.frame == nullptr, may_add_variants && request.ancestral});
+                build_.frame == nullptr, can_add_variants && request.ancestral});
     return added;
 }
 
@@ -58,7 +58,7 @@ bool ArcAdder::is_within_limits(const ArcRequest& request) {
     if (overflow_) return false;
     const ComposeOptions& options = composer_.options();
     size_t depth = 0;
-    for (Climber at = build_.climb(request.parent); at; at.up()) ++depth;
+    for (AncestorWalk at = build_.climb(request.parent); at; at.up()) ++depth;
     overflow_ = graph_.size() >= options.max_nodes_per_prim || depth >= options.max_arc_depth ||
                 !composer_.spend(1);
     if (overflow_ && !composer_.is_exhausted()) {
@@ -75,12 +75,12 @@ bool ArcAdder::makes_cycle(const ArcRequest& request) const {
     if (request.arc == ArcType::Variant) return false;
     if (is_class_arc(request.arc) && request.parent != request.origin) {
         // Implied classes below relocated sites are place holders and need not exist
-        Climber at = build_.climb(request.parent);
+        AncestorWalk at = build_.climb(request.parent);
         while (at && is_class_arc(at.arc())) at.up();
         if (at && at.arc() == ArcType::Relocate) return false;
     }
     Path path = request.path;
-    for (Climber at = build_.climb(request.parent); at; at.next_frame()) {
+    for (AncestorWalk at = build_.climb(request.parent); at; at.next_frame()) {
         for (int i = at.node; i >= 0; i = (*at.graph)[i].parent) {
             const Node& n = (*at.graph)[i];
             if (n.stack == request.stack && (n.path.has_prefix(path) || path.has_prefix(n.path)))
@@ -97,7 +97,7 @@ bool ArcAdder::makes_cycle(const ArcRequest& request) const {
 
 std::string ArcAdder::describe_cycle(const ArcRequest& request) const {
     std::string text;
-    for (Climber at = build_.climb(request.parent); at; at.up()) {
+    for (AncestorWalk at = build_.climb(request.parent); at; at.up()) {
         const ArcType arc = at.arc();
         text = fmt::format("<{}>{}{}", at.here().path.to_string(),
                            arc == ArcType::Root ? "" : fmt::format(" ({})", arc_name(arc)),
@@ -108,7 +108,7 @@ std::string ArcAdder::describe_cycle(const ArcRequest& request) const {
 
 bool ArcAdder::is_duplicate(const ArcRequest& request) const {
     Path path = request.path;
-    for (Climber at = build_.climb(request.parent); at; at.next_frame()) {
+    for (AncestorWalk at = build_.climb(request.parent); at; at.next_frame()) {
         if (at.graph->has_site(request.stack, path)) return true;
         if (!at.frame) break;
         path = at.frame->requested.replace_prefix((*at.graph)[0].path, path, false);

@@ -21,7 +21,7 @@ class IndexBuild {
     IndexBuild(Composer& owner, PrimIndex& target, layer::Path prim, const IndexFrame* waiting)
         : composer(owner), index(target), graph(target.graph_), stage_path(prim), frame(waiting) {}
 
-    Climber climb(int node) const { return {&graph, node, frame}; }
+    AncestorWalk climb(int node) const { return {&graph, node, frame}; }
 
     /// Adds an error at a node.
     void report(

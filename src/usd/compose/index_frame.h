@@ -20,7 +20,7 @@ struct IndexFrame {
 };
 
 /// Steps from a node of a graph to the roots of it and of the graphs that wait.
-struct Climber {
+struct AncestorWalk {
     const PrimGraph* graph;  ///< nullptr: above the last root
     int node;
     const IndexFrame* frame;

@@ -29,7 +29,7 @@ struct LayerFormat {
                              Diagnostics&);
 };
 
-/// Every format that is recognised by content; the extension plays no part. Packages (.usdz) are
+/// Every format that is recognized by content; the extension plays no part. Packages (.usdz) are
 /// opened before a format is looked for.
 std::span<const LayerFormat> layer_formats();
 

@@ -19,7 +19,7 @@ namespace {
 constexpr size_t max_sub_layer_depth = 100;
 constexpr size_t max_stack_layers = 10'000;
 /// Time codes per second; between these, products and ratios of rates stay finite.
-constexpr double least_rate = 1e-30;
+constexpr double min_rate = 1e-30;
 constexpr double greatest_rate = 1e30;
 constexpr double default_rate = 24.0;
 
@@ -128,12 +128,12 @@ class LayerStackBuilder {
         for (const Token name : {f.time_codes_per_second, f.frames_per_second}) {
             const double* rate = layer.pseudo_root().field_as<double>(name);
             if (!rate) continue;
-            if (*rate >= least_rate && *rate <= greatest_rate) return *rate;
+            if (*rate >= min_rate && *rate <= greatest_rate) return *rate;
             if (!bad_rates_.insert(&layer).second) return default_rate;
             diagnostics_.warn(
                 "usd-bad-time-rate", layer.pseudo_root().field_loc(name), "",
                 fmt::format("found {} = {}, expected a number from {} to {}; {} is used",
-                            name.str(), *rate, least_rate, greatest_rate, default_rate));
+                            name.str(), *rate, min_rate, greatest_rate, default_rate));
             return default_rate;
         }
         return default_rate;

@@ -18,10 +18,10 @@ using Pair = MapFunction::PathPair;
 using Pairs = std::vector<Pair>;
 
 /// The pair whose source (or target, when inverted) is the longest prefix of the path; of equals
-/// the last. nullptr when none is at least `least` elements long.
-const Pair* best_pair(const Pairs& pairs, Path path, bool invert, size_t least = 0) {
+/// the last. nullptr when none is at least `min` elements long.
+const Pair* best_pair(const Pairs& pairs, Path path, bool invert, size_t min = 0) {
     const Pair* best = nullptr;
-    size_t length = least;
+    size_t length = min;
     for (const Pair& pair : pairs) {
         const Path from = invert ? pair.second : pair.first;
         if (from.is_empty() || from.element_count() < length || !path.has_prefix(from)) continue;
@@ -35,8 +35,8 @@ const Pair* best_pair(const Pairs& pairs, Path path, bool invert, size_t least =
 struct PairList {
     const Pairs& pairs;
 
-    const Pair* best(Path path, bool invert, size_t least = 0) const {
-        return best_pair(pairs, path, invert, least);
+    const Pair* best(Path path, bool invert, size_t min = 0) const {
+        return best_pair(pairs, path, invert, min);
     }
 };
 
@@ -50,9 +50,9 @@ class PairTable {
         }
     }
 
-    const Pair* best(Path path, bool invert, size_t least = 0) const {
+    const Pair* best(Path path, bool invert, size_t min = 0) const {
         const auto& table = invert ? by_target_ : by_source_;
-        for (; !path.is_empty() && path.element_count() >= least; path = path.parent()) {
+        for (; !path.is_empty() && path.element_count() >= min; path = path.parent()) {
             const auto found = table.find(path);
             if (found != table.end() && !found->second.empty()) return found->second.back();
         }

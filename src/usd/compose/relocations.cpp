@@ -41,12 +41,12 @@ class RelocateChecker {
     std::map<Path, const AuthoredRelocate*> valid(const std::vector<AuthoredRelocate>& authored) {
         for (const AuthoredRelocate& relocate : authored) {
             if (by_source_.size() >= max_relocates) {
-                refuse(ErrorKind::CapacityExceeded, relocate,
+                reject(ErrorKind::CapacityExceeded, relocate,
                        fmt::format("limit of {} relocations reached", max_relocates));
                 break;
             }
             if (const char* fault = fault_of(relocate.source, relocate.target)) {
-                refuse(ErrorKind::InvalidAuthoredRelocation, relocate, fault);
+                reject(ErrorKind::InvalidAuthoredRelocation, relocate, fault);
             } else {
                 by_source_.emplace(relocate.source, &relocate);
             }
@@ -58,7 +58,7 @@ class RelocateChecker {
     }
 
   private:
-    void refuse(ErrorKind kind, const AuthoredRelocate& relocate, const std::string& why) {
+    void reject(ErrorKind kind, const AuthoredRelocate& relocate, const std::string& why) {
         const std::string target =
             relocate.target.is_empty() ? "" : " to <" + relocate.target.to_string() + ">";
         CompositionError error;
@@ -84,7 +84,7 @@ class RelocateChecker {
                 refused_.insert(claim->source);
                 if (claim != claims.front()) others += " <" + claim->source.to_string() + ">";
             }
-            refuse(ErrorKind::InvalidSameTargetRelocations, *claims.front(),
+            reject(ErrorKind::InvalidSameTargetRelocations, *claims.front(),
                    "other prims are relocated to the same place:" + others);
         }
     }
@@ -93,7 +93,7 @@ class RelocateChecker {
                   const AuthoredRelocate& other,
                   const char* why) {
         refused_.insert(relocate.source);
-        refuse(ErrorKind::InvalidConflictingRelocation, relocate,
+        reject(ErrorKind::InvalidConflictingRelocation, relocate,
                fmt::format("{} <{}>", why, other.source.to_string()));
     }
 

@@ -24,7 +24,7 @@ Path into_variants(Path path, Path at_introduction) {
 
 }  // namespace
 
-bool VariantArcs::may_speak_at(int i, Path path) const {
+bool VariantArcs::can_have_opinions_at(int i, Path path) const {
     const size_t depth = graph_[i].restricted_depth;
     return depth == 0 || depth > path.element_count();
 }
@@ -43,7 +43,7 @@ void VariantArcs::add_sets(int i, Path site, bool ancestral) {
 
 void VariantArcs::eval_ancestral_sets(int i) {
     for (Path path = graph_[i].path.parent(); path.element_count() > 0; path = path.parent()) {
-        if (!may_speak_at(i, path)) continue;
+        if (!can_have_opinions_at(i, path)) continue;
         add_sets(i, path, true);
         // Sets further up have been seen to when this variant was chosen
         if (path.is_variant_selection()) break;
@@ -100,7 +100,7 @@ std::string VariantArcs::variant_fallback(const Set& set) const {
 void VariantArcs::eval(const Set& set, bool ancestral, bool use_fallback) {
     // Every choice looks through the whole graph
     if (!composer_.spend(1 + graph_.size() / 16)) return;
-    if (!may_speak_at(set.node, set.site)) return;
+    if (!can_have_opinions_at(set.node, set.site)) return;
     const std::string fallback = variant_fallback(set);
     const std::string selection =
         use_fallback ? fallback
@@ -186,7 +186,7 @@ std::optional<std::string> VariantArcs::variant_selection(int i,
     std::vector<CompositionError> errors;
     std::optional<std::string> result;
     for (const int at : order) {
-        if (!may_speak_at(at, paths[size_t(at)])) continue;
+        if (!can_have_opinions_at(at, paths[size_t(at)])) continue;
         const Path here = graph_[at].arc == ArcType::Variant
                               ? into_variants(paths[size_t(at)], graph_.path_at_introduction(at))
                               : paths[size_t(at)];

@@ -46,7 +46,7 @@ class VariantArcs {
                                                  const std::string& set);
     std::string variant_fallback(const Set& set) const;
     /// False where a node has lost its say, at its own site or an ancestor's.
-    bool may_speak_at(int node, layer::Path path) const;
+    bool can_have_opinions_at(int node, layer::Path path) const;
 
     IndexBuild& build_;
     Composer& composer_;

@@ -160,10 +160,10 @@ std::shared_ptr<const layer::ArrayData> make_array(const CrateFilePtr& file,
     if (version < Version{0, 5, 0}) c.read<uint32_t>();
     const uint64_t count_at = c.at();
     const uint64_t n = version < Version{0, 7, 0} ? c.read<uint32_t>() : c.read<uint64_t>();
-    const bool may_be_compressed = (is_integer_of_arrays<T> && version >= Version{0, 5, 0}) ||
+    const bool can_be_compressed = (is_integer_of_arrays<T> && version >= Version{0, 5, 0}) ||
                                    (is_float_of_arrays<T> && version >= Version{0, 6, 0});
     const bool is_compressed =
-        rep.is_compressed() && may_be_compressed && n >= min_compressed_array;
+        rep.is_compressed() && can_be_compressed && n >= min_compressed_array;
     if (c.ok() && !is_compressed && n > c.left() / stored_size<T>()) {
         c.fail_at(count_at, fmt::format("an array of {} elements", n),
                   fmt::format("no more than there are in {} bytes", c.left()));

@@ -119,7 +119,7 @@ bool decode_compressed(std::string_view compressed, std::span<Int> out, std::str
 }
 
 template <class Int>
-Int most_common(const std::vector<Int>& differences) {
+Int max_common(const std::vector<Int>& differences) {
     std::unordered_map<Int, size_t> counts;
     Int best = 0;
     size_t best_count = 0;
@@ -144,7 +144,7 @@ void encode(std::span<const Int> integers, std::string& out) {
         differences[i] = Int(Unsigned(integers[i]) - previous);
         previous = Unsigned(integers[i]);
     }
-    const Int common = most_common(differences);
+    const Int common = max_common(differences);
     std::string codes((integers.size() + 3) / 4, '\0');
     std::string data;
     for (size_t i = 0; i < differences.size(); ++i) {

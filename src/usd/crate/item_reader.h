@@ -49,7 +49,7 @@ class ItemReader {
     /// A count and as many items.
     template <class T>
     void items(Cursor& c, std::vector<T>& out) {
-        const uint64_t n = context_.count(c, least_stored<T>(), sizeof(T));
+        const uint64_t n = context_.count(c, min_stored<T>(), sizeof(T));
         out.reserve(n);
         for (uint64_t i = 0; i < n && c.ok(); ++i) {
             T value{};
@@ -61,7 +61,7 @@ class ItemReader {
   private:
     /// Bytes of a T in a file, at least.
     template <class T>
-    static constexpr uint64_t least_stored() {
+    static constexpr uint64_t min_stored() {
         if constexpr (std::is_same_v<T, layer::Reference>) return 32;
         if constexpr (std::is_same_v<T, layer::Payload>) return 8;
         if constexpr (std::is_same_v<T, layer::LayerOffset>) return 16;

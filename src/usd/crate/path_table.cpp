@@ -108,7 +108,7 @@ void walk(CrateFile& file,
     while (!pending.empty()) {
         auto [place, parent, is_bad] = pending.back();
         pending.pop_back();
-        for (bool goes_on = true; goes_on;) {
+        for (bool continues = true; continues;) {
             // Jumps may lead anywhere: what is visited twice makes more entries than there are
             if (++entries > max_entries) {
                 c.fail("paths in a cycle", "a tree");
@@ -139,7 +139,7 @@ void walk(CrateFile& file,
                 is_bad = path.is_empty();
             }
             place = next;
-            goes_on = e.has_child || e.has_sibling;
+            continues = e.has_child || e.has_sibling;
         }
     }
 }

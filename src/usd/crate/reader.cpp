@@ -65,7 +65,7 @@ bool is_inert(uint32_t form) {
     }
 }
 
-bool may_have_children(SpecKind parent, Token field) {
+bool can_have_children(SpecKind parent, Token field) {
     const ChildFields& names = child_fields();
     if (field == names.variants) return parent == SpecKind::VariantSet;
     if (field == names.prims && parent == SpecKind::PseudoRoot) return true;
@@ -251,7 +251,7 @@ void LayerBuilder::add_children(const ChildList& list) {
     const Token field = file_->tokens[structure_.fields[list.field].token];
     const Value* value = value_of(list.field, list.path);
     if (!value) return;
-    if (!value->holds_array<Token>() || !may_have_children(list.parent->kind(), field)) {
+    if (!value->holds_array<Token>() || !can_have_children(list.parent->kind(), field)) {
         error(list.path, fmt::format("found a list of children '{}' that the spec cannot have, "
                                      "expected names of its children; it is skipped",
                                      field.str()));

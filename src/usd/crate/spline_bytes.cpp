@@ -21,7 +21,7 @@ using layer::SplineValue;
 namespace {
 
 constexpr unsigned newest_spline_version = 2;
-constexpr uint64_t least_knot_size = 1 + 8 + 3 * 2;
+constexpr uint64_t min_knot_size = 1 + 8 + 3 * 2;
 
 double read_number(Cursor& c, SplineType type) {
     if (type == SplineType::Double) return c.read<double>();
@@ -109,7 +109,7 @@ bool decode_spline(std::string_view blob,
     if (c.left() > 0) {
         const uint64_t at = c.at();
         const uint64_t n = c.read<uint32_t>();
-        if (n > c.left() / least_knot_size) {
+        if (n > c.left() / min_knot_size) {
             c.fail_at(at, std::to_string(n) + " knots of a spline", "no more than there are");
         }
         if (c.ok()) out.knots.resize(n);

@@ -15,7 +15,7 @@ using Node = VariableExpression::Node;
 struct Function {
     std::string_view name;
     int fewest;
-    int most;  ///< -1: any number of arguments
+    int max;  ///< -1: any number of arguments
 };
 
 constexpr Function functions[] = {
@@ -211,11 +211,11 @@ class Parser {
         if (known == std::end(functions))
             return fail(fmt::format("unknown function {}", node.text));
         const int given = int(node.children.size());
-        if (given < known->fewest && known->most < 0) {
+        if (given < known->fewest && known->max < 0) {
             return fail(fmt::format("function '{}' requires at least {} arguments", node.text,
                                     known->fewest));
         }
-        if (given < known->fewest || (known->most >= 0 && given > known->most))
+        if (given < known->fewest || (known->max >= 0 && given > known->max))
             return fail(fmt::format("function '{}' does not take {} arguments", node.text, given));
         return true;
     }

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr size_t deepest_include = 16;
-constexpr size_t most_includes = 256;
+constexpr size_t max_includes = 256;
 
 /// The file that `href` means in the file `from`, which may lie in a package.
 std::string beside(const std::string& from, std::string_view href) {
@@ -59,8 +59,8 @@ void Including::follow(const XmlElement& element, const std::string& from, size_
         return error(element.loc,
                      fmt::format("xi:include is nested deeper than {}", deepest_include));
     }
-    if (seen.size() > most_includes)
-        return error(element.loc, fmt::format("more than {} files included", most_includes));
+    if (seen.size() > max_includes)
+        return error(element.loc, fmt::format("more than {} files included", max_includes));
     const std::string file = beside(from, href);
     // A file that includes itself, or comes twice, has nothing new to say
     if (!seen.insert(file).second) return;

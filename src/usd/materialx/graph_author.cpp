@@ -22,8 +22,8 @@ using layer::Value;
 namespace {
 
 constexpr size_t deepest_custom_node = 16;
-constexpr size_t most_outputs_in_a_row = 16;
-constexpr size_t most_specs = 1u << 19;
+constexpr size_t max_outputs_in_a_row = 16;
+constexpr size_t max_specs = 1u << 19;
 
 const std::set<std::string_view>& no_nodes() {
     static const std::set<std::string_view> names = {
@@ -36,7 +36,7 @@ const std::set<std::string_view>& no_nodes() {
     return names;
 }
 
-/// The active colour space of an element that stands in a context.
+/// The active color space of an element that stands in a context.
 std::string inherited(const XmlElement& element, std::string_view name, const std::string& outer) {
     const std::string_view own = element.attribute(name);
     return own.empty() ? outer : std::string(own);
@@ -212,11 +212,11 @@ Path GraphAuthor::source_of(const XmlElement& port,
             warn(port, "mtlx-missing", fmt::format("the document has no output \"{}\"", output));
             return Path();
         }
-        if (outputs_followed < most_outputs_in_a_row)
+        if (outputs_followed < max_outputs_in_a_row)
             return source_of(*named->second, scope, outputs_followed + 1);
         warn(port, "mtlx-cycle",
              fmt::format("outputs are chained more than {} times; is there a cycle?",
-                         most_outputs_in_a_row));
+                         max_outputs_in_a_row));
         return Path();
     } else {
         return Path();
@@ -271,11 +271,11 @@ void GraphAuthor::author_value(const XmlElement& input,
             ? std::string(input.attribute("colorspace"))
             : inherited(input, "colorspace", inherited(node, "colorspace", scope.color_space));
     const bool is_color = type == "color3" || type == "color4";
-    const bool is_picture =
+    const bool is_image =
         type == "filename" && (is_uv_texture || node.attribute("type").starts_with("color"));
     // A file keeps the mark when an interface hands it in: only the image knows what it holds
     const bool is_handed_in = type == "filename" && !input.attribute("interfacename").empty();
-    if (!space.empty() && (is_color || is_picture || is_handed_in))
+    if (!space.empty() && (is_color || is_image || is_handed_in))
         layer_.spec(attribute)->set_field(fields().color_space, Value(Token(space)), input.loc);
     const bool has_value = std::any_of(input.attributes.begin(), input.attributes.end(),
                                        [](const auto& a) { return a.first == "value"; });
@@ -333,10 +333,10 @@ void GraphAuthor::author_inputs(const XmlElement& node, Path prim, const NodeSco
 }
 
 Path GraphAuthor::author_node(const XmlElement& node, const NodeScope& scope, bool with_inputs) {
-    if (layer_.spec_count() > most_specs) {
+    if (layer_.spec_count() > max_specs) {
         if (!is_too_large_)
             warn(node, "mtlx-too-large",
-                 fmt::format("more than {} attributes and prims; the rest is skipped", most_specs));
+                 fmt::format("more than {} attributes and prims; the rest is skipped", max_specs));
         is_too_large_ = true;
         return Path();
     }

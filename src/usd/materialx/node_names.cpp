@@ -19,7 +19,7 @@ constexpr std::array<std::string_view, 10> by_input = {
     "separate2", "separate3",  "separate4", "luminance", "premult"};
 /// Named after the types of input and output.
 constexpr std::array<std::string_view, 2> by_both = {"convert", "swizzle"};
-/// With a form for numbers beside a vector or colour: "FA", by these inputs.
+/// With a form for numbers beside a vector or color: "FA", by these inputs.
 constexpr std::array<std::string_view, 12> with_number_form = {
     "add", "subtract", "multiply", "divide", "modulo",     "power",
     "min", "max",      "clamp",    "remap",  "smoothstep", "invert"};
@@ -40,7 +40,7 @@ bool has_number_form(const NodeSignature& node) {
                        [&](std::string_view name) { return input_type(node, name) == "float"; });
 }
 
-/// "combine2" takes a colour and a number, or two pairs, beside numbers.
+/// "combine2" takes a color and a number, or two pairs, beside numbers.
 std::string_view combine_form(const NodeSignature& node) {
     const std::string_view first = input_type(node, "in1"), second = input_type(node, "in2");
     if (first == "color3") return "CF";

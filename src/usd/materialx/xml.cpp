@@ -28,7 +28,7 @@ struct Building {
     XmlElement document;      ///< holds the root element
     std::vector<XmlElement*> open;
     size_t elements = 0;
-    std::string refusal;  ///< empty: none
+    std::string rejection;  ///< empty: none
 
     SourceLoc here() const {
         const size_t line = XML_GetCurrentLineNumber(parser);
@@ -36,8 +36,8 @@ struct Building {
         return {file_id, uint32_t(line + first_line), uint32_t(column) + 1};
     }
 
-    void refuse(std::string why) {
-        if (refusal.empty()) refusal = std::move(why);
+    void reject(std::string why) {
+        if (rejection.empty()) rejection = std::move(why);
         XML_StopParser(parser, XML_FALSE);
     }
 };
@@ -45,9 +45,9 @@ struct Building {
 void start_element(void* data, const char* name, const char** attributes) {
     Building& b = *static_cast<Building*>(data);
     if (++b.elements > b.limits.elements)
-        return b.refuse(fmt::format("more than {} elements", b.limits.elements));
+        return b.reject(fmt::format("more than {} elements", b.limits.elements));
     if (b.open.size() > b.limits.depth)
-        return b.refuse(fmt::format("elements are nested deeper than {}", b.limits.depth));
+        return b.reject(fmt::format("elements are nested deeper than {}", b.limits.depth));
     // Only the innermost open element grows, so that pointers to the others stay
     XmlElement& element = b.open.back()->children.emplace_back();
     element.name = name;
@@ -62,7 +62,7 @@ void end_element(void* data, const char*) {
 }
 
 void start_doctype(void* data, const char*, const char*, const char*, int) {
-    static_cast<Building*>(data)->refuse("a document type declaration is refused");
+    static_cast<Building*>(data)->reject("a document type declaration is refused");
 }
 
 }  // namespace
@@ -105,7 +105,7 @@ Result<XmlElement> read_xml(std::string_view bytes,
     if (XML_Parse(parser.get(), bytes.data(), int(bytes.size()), XML_TRUE) != XML_STATUS_OK) {
         const char* why = XML_ErrorString(XML_GetErrorCode(parser.get()));
         return fail(building.here(),
-                    building.refusal.empty() ? std::string(why) : building.refusal);
+                    building.rejection.empty() ? std::string(why) : building.rejection);
     }
     return std::move(building.document.children.front());
 }

@@ -57,12 +57,12 @@ bool ArcParser::sub_layers(layer::Spec& spec, SourceLoc where) {
     return true;
 }
 
-bool ArcParser::prim_path(layer::Path owner, bool may_be_empty, layer::Path& out) {
+bool ArcParser::prim_path(layer::Path owner, bool can_be_empty, layer::Path& out) {
     const SourceLoc where = s_.loc();
     std::string_view text;
     if (!s_.path_text(text)) return false;
     out = {};
-    if (text.empty() && may_be_empty) return true;
+    if (text.empty() && can_be_empty) return true;
     const auto parsed = layer::Path::parse(text);
     if (!parsed) return s_.error("usd-path", where, parsed.error().message);
     out = parsed->make_absolute(owner.strip_variant_selections());
@@ -147,12 +147,12 @@ bool ArcParser::paths(
     return store_list(context_, spec, field, edit, std::move(paths), where);
 }
 
-bool ArcParser::relocate_path(layer::Path owner, bool may_be_empty, layer::Path& out) {
+bool ArcParser::relocate_path(layer::Path owner, bool can_be_empty, layer::Path& out) {
     const SourceLoc where = s_.loc();
     std::string_view text;
     if (!s_.path_text(text)) return false;
     out = {};
-    if (text.empty() && may_be_empty) return true;
+    if (text.empty() && can_be_empty) return true;
     const auto parsed = layer::Path::parse(text);
     if (!parsed) return s_.error("usd-path", where, parsed.error().message);
     out = parsed->make_absolute(owner.strip_variant_selections());

@@ -33,8 +33,8 @@ class ArcParser {
     bool arc(layer::Path owner, Arc& out);
     /// "( offset = …; scale = … )", with customData where there is a dictionary for it.
     bool layer_offset(layer::LayerOffset& offset, layer::Dictionary* custom_data);
-    bool prim_path(layer::Path owner, bool may_be_empty, layer::Path& out);
-    bool relocate_path(layer::Path owner, bool may_be_empty, layer::Path& out);
+    bool prim_path(layer::Path owner, bool can_be_empty, layer::Path& out);
+    bool relocate_path(layer::Path owner, bool can_be_empty, layer::Path& out);
     /// Reads None for a list of arcs, if it is no edit of another list; an error where it is.
     bool accept_none(ListEdit edit, bool& is_none);
 

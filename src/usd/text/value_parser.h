@@ -24,7 +24,7 @@ class ValueParser {
 
     /// A value of a known type; None and AnimationBlock are not handled here.
     bool typed(const layer::TypeInfo& type, layer::Value& out);
-    /// A value of no known type, as normalised text.
+    /// A value of no known type, as normalized text.
     bool untyped(std::string& out);
     /// { type key = value … }
     bool dictionary(layer::Dictionary& out);

@@ -67,7 +67,7 @@ TEST(BakeLook, ValuesGoThroughTheFile) {
     EXPECT_EQ(refused.error().code, "no-light-values");
 }
 
-TEST(BakeLook, FactorsGoToIntensityStopsToExposureTintsToColour) {
+TEST(BakeLook, FactorsGoToIntensityStopsToExposureTintsToColor) {
     const auto bake = bake_look(
         make_stack(), look_of({{Gain, "key=2"}, {Gain, "key:all=+1.5st"}, {Tint, "key=1,.5,0"}}));
     ASSERT_TRUE(bake.has_value());
@@ -100,7 +100,7 @@ TEST(BakeLook, OpinionsWinOverConnectionsAndColorSpaces) {
 }
 
 TEST(BakeLook, GainsOfALightMultiplyItsRadiance) {
-    // Whatever inputs they end up in: colour × intensity × 2^exposure is the base times the gains
+    // Whatever inputs they end up in: color × intensity × 2^exposure is the base times the gains
     const LayerStack stack = make_stack();
     Look look = look_of({{Gain, "key=3"}, {Kelvin, "key=4000"}, {Gain, "all=-2st"}});
     look.exposure_stops = 0.75f;

@@ -138,7 +138,7 @@ TEST_F(Cli, AnExrIsOneInCapitalsAsWell) {
     }
 }
 
-TEST_F(Cli, RepeatedOptionsPresetAndPicture) {
+TEST_F(Cli, RepeatedOptionsPresetAndImage) {
     const std::string look =
         " --gain indirect=+1.5st --gain key=0.5 --tint fill=1,.9,.8 --mute env --shadow key=0.3";
     ASSERT_EQ(comp("mix " + file("whole.exr") + " -o " + file("a.exr") + look + " --save-preset " +
@@ -159,10 +159,10 @@ TEST_F(Cli, RepeatedOptionsPresetAndPicture) {
         const Outcome run =
             comp("mix " + file("whole.exr") + " -o " + file(name) + look + " --exposure -8");
         ASSERT_EQ(run.code, 0) << run.output;
-        const auto picture = image::read_rgb_image(file(name));
-        ASSERT_TRUE(picture.has_value());
-        EXPECT_EQ(picture->width, 20);
-        EXPECT_EQ(picture->height, 17);
+        const auto image = image::read_rgb_image(file(name));
+        ASSERT_TRUE(image.has_value());
+        EXPECT_EQ(image->width, 20);
+        EXPECT_EQ(image->height, 17);
     }
 }
 
@@ -177,26 +177,26 @@ TEST_F(Cli, DiffSaysWhatTheEyeSees) {
     EXPECT_EQ(comp("diff " + files + " -o " + file("flip.gif")).code, 2);
 #ifdef VELATURA_HAVE_OPENIMAGEIO_PLUGIN
     EXPECT_EQ(comp("diff -q " + files + " -o " + file("flip.png")).code, 4);
-    const auto picture = image::read_rgb_image(file("flip.png"));
-    ASSERT_TRUE(picture.has_value());
-    EXPECT_EQ(picture->width, 20);
+    const auto image = image::read_rgb_image(file("flip.png"));
+    ASSERT_TRUE(image.has_value());
+    EXPECT_EQ(image->width, 20);
 #endif
 }
 
-TEST_F(Cli, ViewPutsAllLayersOnOnePicture) {
+TEST_F(Cli, ViewPutsAllLayersOnOneImage) {
     EXPECT_EQ(comp("view " + file("whole.exr") + " -o " + file("sheet.exr")).code, 2);
     EXPECT_EQ(comp("view " + file("missing.exr") + " -o " + file("sheet.png")).code, 1);
 #ifdef VELATURA_HAVE_OPENIMAGEIO_PLUGIN
     const Outcome run =
         comp("view --fit --columns 3 --width 64 " + file("whole.exr") + " -o " + file("sheet.png"));
     ASSERT_EQ(run.code, 0) << run.output;
-    const auto picture = image::read_rgb_image(file("sheet.png"));
-    ASSERT_TRUE(picture.has_value());
-    EXPECT_EQ(picture->width, 12 + 3 * (64 + 12));
+    const auto image = image::read_rgb_image(file("sheet.png"));
+    ASSERT_TRUE(image.has_value());
+    EXPECT_EQ(image->width, 12 + 3 * (64 + 12));
 #endif
 }
 
-TEST_F(Cli, NoiseOfAMixAsTextJsonAndPicture) {
+TEST_F(Cli, NoiseOfAMixAsTextJsonAndImage) {
     const std::string look = " --gain indirect=+2st --shadow key=0.3";
     const Outcome text = comp("noise --target 10% " + file("whole.exr") + look);
     ASSERT_EQ(text.code, 0) << text.output;
@@ -293,7 +293,7 @@ TEST_F(Cli, ControlsKeepTheirOrderAndTheirMattes) {
     EXPECT_EQ(none.code, 2);
     EXPECT_NE(none.output.find("no Cryptomatte 'CryptoObject'"), std::string::npos) << none.output;
     EXPECT_EQ(comp(mix + " --matte CryptoObject:/World/Tree --gain key=2").code, 2);
-    // A picture of the same file cuts as well
+    // An image of the same file cuts as well
     const Outcome cut = comp(mix + " --gain key=0 --matte " + file("whole.exr") + ":A");
     EXPECT_EQ(cut.code, 0) << cut.output;
     const Outcome lenient = comp(mix + " --lenient --gain moon=2 --gain key=2");
@@ -301,7 +301,7 @@ TEST_F(Cli, ControlsKeepTheirOrderAndTheirMattes) {
     EXPECT_NE(lenient.output.find("skipped --gain moon"), std::string::npos) << lenient.output;
 }
 
-/// An option is honoured or refused, never passed over.
+/// An option is honored or refused, never passed over.
 TEST_F(Cli, NoOptionIsIgnored) {
     fs::copy_file(file("whole.exr"), file("ign.01.exr"), fs::copy_options::overwrite_existing);
     const std::string mix = "mix " + file("whole.exr") + " -o " + file("ign.exr");

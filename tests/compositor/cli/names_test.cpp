@@ -182,7 +182,7 @@ TEST_F(Names, EveryCommandTakesASequenceAndMakesFolders) {
     EXPECT_EQ(comp("ui 's.####.exr' --frame 3").code, 1);
 }
 
-/// By whatever name, the file stays as it was; a picture that is called like the EXR too.
+/// By whatever name, the file stays as it was; an image that is called like the EXR too.
 TEST_F(Names, CommandsLeaveTheirInputsAlone) {
     copy("s.0001.exr");
     fs::create_hard_link(folder_ + "/s.0001.exr", folder_ + "/hard.exr");

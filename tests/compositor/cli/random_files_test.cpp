@@ -61,7 +61,7 @@ Ended comp(const std::vector<std::string>& arguments) {
 void expect_nothing_lost(const RandomExr& file, const LayerStack& stack) {
     std::set<std::pair<std::string, std::string>> listed;  // part, channel
     const image::Image& image = stack.image();
-    const auto list = [&](const layers::ChannelPlace& place) {
+    const auto list = [&](const layers::ChannelRef& place) {
         listed.emplace(image.parts[place.part].name,
                        image.parts[place.part].channels[place.channel].name);
     };
@@ -69,7 +69,7 @@ void expect_nothing_lost(const RandomExr& file, const LayerStack& stack) {
         for (size_t c = 0; c < 4; ++c)
             if (const auto place = stack.place(entry.name, c)) list(*place);
         if (entry.family == "data")
-            for (const layers::ChannelPlace& place : stack.data_channels(entry.name)) list(place);
+            for (const layers::ChannelRef& place : stack.data_channels(entry.name)) list(place);
     }
     if (const auto alpha = stack.place("rgba", 3)) list(*alpha);
     std::string notes;
@@ -142,7 +142,7 @@ void expect_all_carried(const RandomExr& file, const image::Image& mixed) {
     }
 }
 
-constexpr size_t most_of_a_sheet = 30;
+constexpr size_t max_of_a_sheet = 30;
 
 void try_file(uint64_t seed) {
     const std::string path = path_of("file.exr"), output = path_of("mix.exr");
@@ -205,7 +205,7 @@ void try_file(uint64_t seed) {
     // Sheets of many layers take seconds
     size_t channels = 0;
     for (const RandomExr::Part& part : file.parts) channels += part.channels.size();
-    if (channels > most_of_a_sheet) return;
+    if (channels > max_of_a_sheet) return;
     EXPECT_EQ(comp({"view", path, "-o", path_of("sheet.png")}).code, 0);
 }
 

@@ -106,8 +106,8 @@ TEST(Warnings, OfManyFramesAreCounted) {
     RepeatedWarnings warnings;
     size_t printed = 0;
     for (int frame = 0; frame < 25; ++frame)
-        printed += warnings.may_print(std::to_string(frame) + ".exr: 3 values are not finite");
-    EXPECT_TRUE(warnings.may_print("no half images"));
+        printed += warnings.can_print(std::to_string(frame) + ".exr: 3 values are not finite");
+    EXPECT_TRUE(warnings.can_print("no half images"));
     EXPECT_EQ(printed, RepeatedWarnings::printed_limit);
     EXPECT_EQ(warnings.summary(),
               "warning: 5 more like these, not printed: 3 values are not finite\n");

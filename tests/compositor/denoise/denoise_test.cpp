@@ -23,7 +23,7 @@ using image::ChannelType;
 
 constexpr image::Window window{3, 5, 75, 61};  // no multiple of a tile, not at the origin
 
-/// A wall and a floor of two colours with a shadow's edge, lit by two lights in two bounces.
+/// A wall and a floor of two colors with a shadow's edge, lit by two lights in two bounces.
 struct Truth {
     static bool is_floor(int y) { return y > 40; }
 
@@ -104,7 +104,7 @@ struct Made {
 /// A file of the truth with noise like that of light that is rarely found: exponential.
 LayerStack make_stack(const Made& made) {
     const size_t pixels = window.pixel_count();
-    std::map<std::string, std::array<std::vector<float>, 2>> halves;  // grey
+    std::map<std::string, std::array<std::vector<float>, 2>> halves;  // gray
     std::mt19937 random(made.seed);
     for (const std::string layer : finest) {
         for (auto& half : halves[layer]) half.resize(pixels);
@@ -288,7 +288,7 @@ TEST(Denoise, KeepsWhatIsTheSameEverywhereUpToTheEdge) {
                               [](size_t, float v) { ASSERT_NEAR(v, 0.7f, 2e-6f); });
 }
 
-TEST(Denoise, LeavesAPictureWithoutNoiseAsItIs) {
+TEST(Denoise, LeavesAnImageWithoutNoiseAsItIs) {
     const LayerStack in = make_stack({.noise = 0});
     const LayerStack out = denoised(in);
     for (const char* layer : finest) {

@@ -221,7 +221,7 @@ TEST(ExportNuke, MattesAreCryptomatteNodes) {
     look.controls[0] = *parse_control(Tint, "key=0,1,5");
     look.controls[0].matte = "material:only";
     expect_mix(NukeReader(script, stack.image(), {{"within_key", {0, 1, 5}}}), stack, look);
-    // A picture is no Cryptomatte
+    // An image is no Cryptomatte
     look.controls[0].matte = stack.path() + ":A";
     const auto refused = nuke_script(stack, *mix::plan_mix(stack, look), look, "x.exr");
     ASSERT_FALSE(refused.has_value());

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/inspect/contact_sheet.h"
 
-#include "compositor/inspect/layer_picture.h"
+#include "compositor/inspect/layer_image.h"
 #include "compositor/made_layers.h"
 
 #include <gtest/gtest.h>
@@ -139,7 +139,7 @@ TEST(ContactSheet, LayersThatAreNotWholeAreNoLight) {
     SheetOptions options = raw();
     options.fit = true;
     EXPECT_TRUE(contact_sheet(image, options).has_value());
-    // Red, green and alpha are no colour either
+    // Red, green and alpha are no color either
     std::erase_if(image.parts[0].channels, [](const image::Channel& c) { return c.name == "B"; });
     EXPECT_EQ(layers_of(image)[0].kind(), Kind::Scalar);
     EXPECT_TRUE(contact_sheet(image, options).has_value());

@@ -14,13 +14,13 @@ namespace velatura::compositor::inspect {
 namespace {
 
 using Pixel = std::array<double, 3>;
-using Picture = std::function<Pixel(int, int)>;
+using Image = std::function<Pixel(int, int)>;
 
-Planes drawn(int width, int height, const Picture& picture) {
+Planes drawn(int width, int height, const Image& image) {
     Planes planes{width, height, {}};
     for (int y = 0; y < height; ++y) {
         for (int x = 0; x < width; ++x) {
-            const Pixel p = picture(x, y);
+            const Pixel p = image(x, y);
             for (size_t c = 0; c < 3; ++c) planes.values[c].push_back(float(p[c]));
         }
     }
@@ -59,7 +59,7 @@ double expected_of_uniform(const Pixel& a, const Pixel& b) {
     return share < 0.4 ? share / 0.4 * 0.95 : 0.95 + (share - 0.4) / 0.6 * 0.05;
 }
 
-TEST(Flip, UniformPicturesDifferByTheirColoursAlone) {
+TEST(Flip, UniformImagesDifferByTheirColorsAlone) {
     const std::vector<std::pair<Pixel, Pixel>> pairs = {
         {{0.5, 0.5, 0.5}, {0.5, 0.5, 0.5}},   {{0, 0, 0}, {1, 1, 1}},
         {{0.2, 0.4, 0.1}, {0.21, 0.39, 0.1}}, {{0, 1, 0}, {0, 0, 1}},
@@ -95,7 +95,7 @@ TEST(Flip, IsZeroWhereNothingDiffersAndTheSameEitherWay) {
 
 /// A thin line weighs more than the same light spread out, and both less from further away.
 TEST(Flip, SeesLinesAndDistance) {
-    const Planes grey = uniform(0.2, 0.2, 0.2);
+    const Planes gray = uniform(0.2, 0.2, 0.2);
     const Planes line = drawn(40, 30, [](int x, int) {
         return x == 20 ? Pixel{0.5, 0.5, 0.5} : Pixel{0.2, 0.2, 0.2};
     });
@@ -103,9 +103,9 @@ TEST(Flip, SeesLinesAndDistance) {
         return std::abs(x - 20) <= 7 ? Pixel{0.22, 0.22, 0.22} : Pixel{0.2, 0.2, 0.2};
     });
     const auto at_line = [](const std::vector<float>& map) { return map[15 * 40 + 20]; };
-    const float thin = at_line(ldr_flip(grey, line)), spread = at_line(ldr_flip(grey, haze));
+    const float thin = at_line(ldr_flip(gray, line)), spread = at_line(ldr_flip(gray, haze));
     EXPECT_GT(thin, 1.5f * spread);
-    EXPECT_LT(at_line(ldr_flip(grey, line, 2 * flip_pixels_per_degree)), thin);
+    EXPECT_LT(at_line(ldr_flip(gray, line, 2 * flip_pixels_per_degree)), thin);
 }
 
 Pixel scene(int x, int y) {
@@ -121,7 +121,7 @@ Pixel test_of_scene(int x, int y) {
     return is_disc ? Pixel{4, 0.125, 0.25} : p;
 }
 
-// What the authors' own program (FLIP 1.7, C++) prints for these two pictures
+// What the authors' own program (FLIP 1.7, C++) prints for these two images
 TEST(Flip, AgreesWithTheAuthorsProgram) {
     const Flip flip = hdr_flip(drawn(64, 48, scene), drawn(64, 48, test_of_scene));
     EXPECT_NEAR(flip.mean, 0.192910, 5e-6);
@@ -131,10 +131,10 @@ TEST(Flip, AgreesWithTheAuthorsProgram) {
     EXPECT_EQ(flip.exposures, 2);
 }
 
-TEST(Flip, ExposureOfBothPicturesDoesNotMatter) {
-    const auto scaled = [](const Picture& picture) {
+TEST(Flip, ExposureOfBothImagesDoesNotMatter) {
+    const auto scaled = [](const Image& image) {
         return [=](int x, int y) {
-            Pixel p = picture(x, y);
+            Pixel p = image(x, y);
             for (double& v : p) v *= 1024;
             return p;
         };
@@ -145,7 +145,7 @@ TEST(Flip, ExposureOfBothPicturesDoesNotMatter) {
     EXPECT_NEAR(near.first_stop, far.first_stop + 10, 1e-5);
 }
 
-TEST(Flip, BlackPicturesAndBadPixelsAreNoTrouble) {
+TEST(Flip, BlackImagesAndBadPixelsAreNoTrouble) {
     const Flip black = hdr_flip(uniform(0, 0, 0), uniform(0, 0, 0));
     EXPECT_EQ(black.mean, 0.0);
     const Planes bad = drawn(40, 30, [](int x, int y) {
@@ -156,16 +156,16 @@ TEST(Flip, BlackPicturesAndBadPixelsAreNoTrouble) {
     EXPECT_GT(flip.mean, 0.5);
 }
 
-TEST(Flip, IsZeroOfAPictureAndItself) {
+TEST(Flip, IsZeroOfAnImageAndItself) {
     const float infinite = std::numeric_limits<float>::infinity();
     for (const double value : {0.0, 1e-30, 0.5, 1e30, double(infinite), std::nan("")}) {
-        Planes picture = uniform(0.1, 0.2, 0.3);
-        for (size_t i = 0; i < 40; ++i) picture.values[i % 3][i] = float(value);
-        const Flip same = hdr_flip(picture, picture);
+        Planes image = uniform(0.1, 0.2, 0.3);
+        for (size_t i = 0; i < 40; ++i) image.values[i % 3][i] = float(value);
+        const Flip same = hdr_flip(image, image);
         EXPECT_EQ(same.mean, 0.0) << value;
         EXPECT_EQ(same.largest, 0.0) << value;
         // Nor is what differs lost where a value is huge
-        const Flip other = hdr_flip(picture, uniform(0.3, 0.2, 0.1));
+        const Flip other = hdr_flip(image, uniform(0.3, 0.2, 0.1));
         EXPECT_GT(other.mean, 0.0) << value;
         EXPECT_LE(other.largest, 1.0) << value;
     }

@@ -66,7 +66,7 @@ image::Image mixed(const LayerStack& stack, const Look& look) {
     return mix::apply_mix(stack, *plan, look, false);
 }
 
-/// Of mix, as the command line is typed; the picture is at `output`.
+/// Of mix, as the command line is typed; the image is at `output`.
 Outcome mix(const std::string& arguments, const std::string& output) {
     std::filesystem::remove(output);
     return run(fmt::format("{}/velatura-comp mix {} -o {}", VELATURA_BIN_DIR, arguments, output));
@@ -233,11 +233,11 @@ TEST(ForeignInput, LayersOfOneNameInTwoPartsAreTwoLayers) {
     EXPECT_EQ(stack.place("key_2", 0)->part, 2u);
 }
 
-TEST(ForeignInput, GreyPicturesAreTheirYInAllChannels) {
+TEST(ForeignInput, GrayImagesAreTheirYInAllChannels) {
     const LayerStack stack = plain(made_foreign({{"", {"Y", "A"}}}));
-    const image::Image picture = mixed(stack, {});
+    const image::Image image = mixed(stack, {});
     for (const char* c : {"R", "G", "B"})
-        for (size_t i = 0; i < 40; ++i) ASSERT_EQ(picture.find(c)->value(i), made_value("Y", i));
+        for (size_t i = 0; i < 40; ++i) ASSERT_EQ(image.find(c)->value(i), made_value("Y", i));
 }
 
 /// (b) Without a beauty the rows are all there is: their sum, in the order of the file, is it.
@@ -268,7 +268,7 @@ TEST(ForeignInput, PartsOfLightAreASum) {
     const LayerStack two = plain(made_foreign({{"key", rgb("")}, {"fill", rgb("")}}));
     EXPECT_EQ(two.group_names(), (Names{"key", "fill"}));
     EXPECT_FALSE(two.has_beauty());
-    // One part is the picture, whatever it is called
+    // One part is the image, whatever it is called
     EXPECT_TRUE(plain(made_foreign({{"main", rgb("")}, {"N", rgb("")}})).has_beauty());
     // A total is not added to its parts, nor the light that shadows took
     const LayerStack arnold =
@@ -329,10 +329,10 @@ TEST(ForeignInput, TheFlatPartOfAFileWithDeepOnesIsUsed) {
     EXPECT_EQ(done.code, 0) << done.output;
     EXPECT_NE(done.output.find("part deep skipped: deep data are not read"), std::string::npos)
         << done.output;
-    const auto picture = image::read_exr(output);
-    ASSERT_TRUE(picture.has_value());
+    const auto image = image::read_exr(output);
+    ASSERT_TRUE(image.has_value());
     for (size_t i = 0; i < 100; ++i)
-        ASSERT_EQ(picture->find("B")->value(i), made_value("B", i) + made_value("key.B", i));
+        ASSERT_EQ(image->find("B")->value(i), made_value("B", i) + made_value("key.B", i));
     write_deep_and_flat(path, false);
     const Outcome refused = mix(path, output);
     EXPECT_EQ(refused.code, 1);
@@ -400,16 +400,16 @@ TEST(ForeignInput, OneEyeAtATime) {
             ASSERT_EQ(done.code, 0) << done.output;
             const bool is_told = done.output.find("using left;") != std::string::npos;
             EXPECT_EQ(is_told, !is_right) << done.output;
-            const auto picture = image::read_exr(output);
-            ASSERT_TRUE(picture.has_value());
+            const auto image = image::read_exr(output);
+            ASSERT_TRUE(image.has_value());
             // Of the other eye nothing
-            EXPECT_EQ(picture->parts[0].channels.size(), 3u);
-            EXPECT_EQ(picture->attributes.count("multiView"), 0u);
-            EXPECT_EQ(picture->text("view"), is_right ? "right" : "left");
+            EXPECT_EQ(image->parts[0].channels.size(), 3u);
+            EXPECT_EQ(image->attributes.count("multiView"), 0u);
+            EXPECT_EQ(image->text("view"), is_right ? "right" : "left");
             const auto& names = file.names[is_right];
             const float more = file.parts[1] == 1 && is_right ? 1.0f : 0.0f;
             for (size_t i = 0; i < 100; ++i)
-                ASSERT_EQ(picture->find("R")->value(i),
+                ASSERT_EQ(image->find("R")->value(i),
                           made_value(names[0], i) + more + (made_value(names[1], i) + more));
         }
         const auto stack = LayerStack::load(path, ForeignFiles::Plain, "right");
@@ -506,10 +506,10 @@ TEST_F(Several, FilesAreRowsOfOneMix) {
     ASSERT_EQ(done.code, 0) << done.output;
     EXPECT_NE(done.output.find("no beauty; using the sum of its 2 light layers"), std::string::npos)
         << done.output;
-    const auto picture = image::read_exr(output);
-    ASSERT_TRUE(picture.has_value());
+    const auto image = image::read_exr(output);
+    ASSERT_TRUE(image.has_value());
     for (size_t i = 0; i < 100; ++i)
-        ASSERT_EQ(picture->find("R")->value(i),
+        ASSERT_EQ(image->find("R")->value(i),
                   2.0f * made_value("key.R", i) + made_value("fill.R", i));
     // With a beauty they are what it is made of, and `rest` is left
     write_made("s.exr", "whole");
@@ -526,17 +526,17 @@ TEST_F(Several, FilesAreRowsOfOneMix) {
     EXPECT_NE(unknown.output.find("groups: key fill"), std::string::npos) << unknown.output;
 }
 
-TEST_F(Several, OverOtherWindowsArePlacedAndOtherPicturesRefused) {
+TEST_F(Several, OverOtherWindowsArePlacedAndOtherImagesRefused) {
     write_made("w_key.exr", "key");
     write_made("w_fill.exr", "fill", {10, 5, 20, 12});
     const std::string output = at("mix.exr"), inputs = at("w_key.exr") + " " + at("w_fill.exr");
     ASSERT_EQ(mix(inputs, output).code, 0);
-    const auto picture = image::read_exr(output);
+    const auto image = image::read_exr(output);
     const image::Window own{10, 5, 20, 12};
     for (const auto& [x, y] : {std::pair{0, 0}, {10, 5}, {19, 11}, {20, 11}, {10, 12}}) {
         const float fill = own.contains(x, y) ? made_value("fill.R", own.index(x, y)) : 0.0f;
-        EXPECT_EQ(picture->find("R")->value(picture->data.index(x, y)),
-                  made_value("key.R", picture->data.index(x, y)) + fill);
+        EXPECT_EQ(image->find("R")->value(image->data.index(x, y)),
+                  made_value("key.R", image->data.index(x, y)) + fill);
     }
     image::Image other = made_foreign({{"", rgb("")}});
     other.display = {0, 0, 64, 64};
@@ -565,10 +565,10 @@ TEST_F(Several, SequencesGoFrameByFrameAndFramesAreNoAovs) {
         mix(fmt::format("'{}' '{}' --gain fill=2", key, fill), fmt::format("'{}'", output));
     ASSERT_EQ(done.code, 0) << done.output;
     for (const char* frame : {"0003", "0004"}) {
-        const auto picture = image::read_exr(at(fmt::format("q_mix.{}.exr", frame)));
-        ASSERT_TRUE(picture.has_value());
+        const auto image = image::read_exr(at(fmt::format("q_mix.{}.exr", frame)));
+        ASSERT_TRUE(image.has_value());
         for (size_t i = 0; i < 100; ++i)
-            ASSERT_EQ(picture->find("R")->value(i),
+            ASSERT_EQ(image->find("R")->value(i),
                       made_value(fmt::format("key{}.R", frame), i) +
                           2.0f * made_value(fmt::format("fill{}.R", frame), i));
     }

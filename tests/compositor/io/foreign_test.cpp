@@ -103,12 +103,12 @@ TEST(Foreign, AMattedRowIsReadOnceFromItsFile) {
     ASSERT_TRUE(plan.has_value()) << plan.error().message;
     ASSERT_EQ(plan->terms.size(), 3u);
     std::vector<mix::NotFiniteLayer> not_finite;
-    const auto picture = mix::mix_file(*file, *layout, *plan, look, false, &not_finite);
-    ASSERT_TRUE(picture.has_value());
+    const auto result = mix::mix_file(*file, *layout, *plan, look, false, &not_finite);
+    ASSERT_TRUE(result.has_value());
     for (size_t i = 0; i < image.data.pixel_count(); ++i) {
         const float key = i == bad_pixel ? 0.0f : made_value("key.R", i);
         const float factor = 1.0f + made_value("mask.M", i) * 2.0f;
-        ASSERT_EQ(picture->find("R")->value(i), made_value("R", i) + key * factor - key) << i;
+        ASSERT_EQ(result->find("R")->value(i), made_value("R", i) + key * factor - key) << i;
     }
     ASSERT_EQ(not_finite.size(), 1u);
     EXPECT_EQ(not_finite[0].values, 1u);
@@ -177,20 +177,20 @@ TEST(Damaged, NanCountsAsNothingAndIsTold) {
     const auto stack = LayerStack::load(path);
     ASSERT_TRUE(stack.has_value());
     std::vector<mix::NotFiniteLayer> found;
-    const auto picture = mix::apply_mix(*stack, *mix::plan_mix(*stack, {}), {}, false, &found);
+    const auto result = mix::apply_mix(*stack, *mix::plan_mix(*stack, {}), {}, false, &found);
     ASSERT_EQ(found.size(), 1u);
     EXPECT_EQ(found[0].layer, "b1_key");
     EXPECT_EQ(found[0].values, 3u);
     EXPECT_EQ(found[0].x, 40 - 37);
     EXPECT_EQ(found[0].y, 1);
     for (const char* c : {"R", "G", "B"}) {
-        for (size_t i = 0; i < picture.find(c)->size(); ++i)
-            ASSERT_TRUE(std::isfinite(picture.find(c)->value(i)));
+        for (size_t i = 0; i < result.find(c)->size(); ++i)
+            ASSERT_TRUE(std::isfinite(result.find(c)->value(i)));
     }
     float fold = 0.0f;
     for (const std::string layer : {"b0_key", "tail_key", "b1_fill", "tail_fill"})
         fold += made_value(layer + ".G", 40);
-    EXPECT_EQ(picture.find("G")->value(40), fold);
+    EXPECT_EQ(result.find("G")->value(40), fold);
     // A muted layer is not even looked at
     found.clear();
     const Look mute = look_of({{Mute, "key:b1"}});
@@ -206,10 +206,10 @@ TEST(Damaged, HalvesAreReadToTheLastBit) {
     for (size_t i = 0; i < values.size(); ++i) values[i].setBits(bits_of(i));
     image.parts[0].channels[0] = halves;
     const auto stack = LayerStack::from_image(image, ForeignFiles::Plain);
-    const auto picture = mix::apply_mix(*stack, *mix::plan_mix(*stack, {}), {}, false);
+    const auto result = mix::apply_mix(*stack, *mix::plan_mix(*stack, {}), {}, false);
     for (size_t i = 0; i < values.size(); ++i) {
         const float value = float(values[i]);
-        ASSERT_EQ(picture.find("R")->value(i), std::isfinite(value) ? value : 0.0f) << bits_of(i);
+        ASSERT_EQ(result.find("R")->value(i), std::isfinite(value) ? value : 0.0f) << bits_of(i);
     }
 }
 

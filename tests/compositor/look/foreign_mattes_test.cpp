@@ -121,11 +121,11 @@ TEST(ForeignMattes, DamagedManifestsGiveWhatTheyHold) {
         {std::string(100000, '['), 0},
         {std::string(100000, '"'), 0},
         {"", 0}};
-    for (const auto& [text, least] : damaged) {
+    for (const auto& [text, min] : damaged) {
         const LayerStack stack = stack_of(scene("crypto_object", text));
         const auto mattes = layers::cryptomattes_of(stack.image(), stack.path());
         ASSERT_EQ(mattes.size(), 1u);
-        EXPECT_GE(mattes[0].names.size(), least) << text.substr(0, 40);
+        EXPECT_GE(mattes[0].names.size(), min) << text.substr(0, 40);
         EXPECT_FALSE(mattes[0].fault.empty());
         const auto matte = load_matte(stack, nullptr, "object:floor");
         ASSERT_TRUE(matte.has_value()) << matte.error().message;

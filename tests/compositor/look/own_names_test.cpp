@@ -111,14 +111,13 @@ TEST(OwnNames, EveryRowCanBeGainedAndKeepsItsNameInLooks) {
 
 TEST(OwnNames, RowsThatAreCalledLikeWordsAreThoseRows) {
     const LayerStack stack = stack_of({"shadow", "all"});
-    const auto picture =
-        [&](std::initializer_list<std::pair<Control::Kind, const char*>> controls) {
-            const Look look = look_of(controls);
-            const auto plan = mix::plan_mix(stack, look);
-            EXPECT_TRUE(plan.has_value()) << plan.error().message;
-            return mix::apply_mix(stack, *plan, look, false);
-        };
-    const auto tinted = picture({{Tint, "shadow=2,1,1"}}), gained = picture({{Gain, "all=2"}});
+    const auto image = [&](std::initializer_list<std::pair<Control::Kind, const char*>> controls) {
+        const Look look = look_of(controls);
+        const auto plan = mix::plan_mix(stack, look);
+        EXPECT_TRUE(plan.has_value()) << plan.error().message;
+        return mix::apply_mix(stack, *plan, look, false);
+    };
+    const auto tinted = image({{Tint, "shadow=2,1,1"}}), gained = image({{Gain, "all=2"}});
     for (size_t i = 0; i < stack.image().data.pixel_count(); ++i) {
         ASSERT_EQ(tinted.find("R")->value(i), made_value("R", i) + made_value("shadow.R", i));
         ASSERT_EQ(gained.find("R")->value(i), made_value("R", i) + made_value("all.R", i));

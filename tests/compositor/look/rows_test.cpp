@@ -31,10 +31,10 @@ image::Image mixed(const LayerStack& stack, const Look& look) {
 }
 
 /// Compares every pixel, bit for bit, with a formula of the pixel.
-void expect_pixels(const image::Image& picture,
+void expect_pixels(const image::Image& image,
                    const char* channel,
                    const std::function<float(size_t)>& expected) {
-    const image::Channel* c = picture.find(channel);
+    const image::Channel* c = image.find(channel);
     ASSERT_NE(c, nullptr);
     for (size_t i = 0; i < c->size(); ++i)
         ASSERT_EQ(std::bit_cast<uint32_t>(c->value(i)), std::bit_cast<uint32_t>(expected(i))) << i;
@@ -179,10 +179,10 @@ TEST(Rows, APresetOfAnotherShotFitsWithoutWhatIsNotHere) {
     Look look = look_of({{Gain, "kye=2"}, {Shadow, "key=0.5"}, {Gain, "fill=3"}, {Gain, "set=2"}});
     ASSERT_TRUE(add_rows(look, "set=key,moon").has_value());
     const mix::FittedLook fitted = mix::fit_look(stack, look);
-    ASSERT_EQ(fitted.left_out.size(), 3u);
-    EXPECT_NE(fitted.left_out[0].find("moon of --rows set"), std::string::npos);
-    EXPECT_NE(fitted.left_out[1].find("did you mean 'key'"), std::string::npos);
-    EXPECT_NE(fitted.left_out[2].find("S_key"), std::string::npos);
+    ASSERT_EQ(fitted.omitted.size(), 3u);
+    EXPECT_NE(fitted.omitted[0].find("moon of --rows set"), std::string::npos);
+    EXPECT_NE(fitted.omitted[1].find("did you mean 'key'"), std::string::npos);
+    EXPECT_NE(fitted.omitted[2].find("S_key"), std::string::npos);
     const auto plan = mix::plan_mix(stack, fitted.look);
     ASSERT_TRUE(plan.has_value()) << plan.error().message;
     std::map<std::string, float> gains;
@@ -201,22 +201,22 @@ TEST(Rows, AFittedLookIsOneThatCanBeMixed) {
     const Look both = look_of({{Gain, "key=2"}, {Gain, "b1=3"}, {Tint, "fill=1,0,1"}});
     ASSERT_EQ(mix::plan_mix(stack, both).error().code, "mix-not-stored");
     const mix::FittedLook fitted = mix::fit_look(stack, both);
-    ASSERT_EQ(fitted.left_out.size(), 1u);
-    EXPECT_NE(fitted.left_out[0].find("--gain b1"), std::string::npos) << fitted.left_out[0];
+    ASSERT_EQ(fitted.omitted.size(), 1u);
+    EXPECT_NE(fitted.omitted[0].find("--gain b1"), std::string::npos) << fitted.omitted[0];
     EXPECT_TRUE(mix::plan_mix(stack, fitted.look).has_value());
     // Together they can be followed: nothing is left of any row
     const Look silent = look_of({{Gain, "key=2"}, {Gain, "b1=3"}, {Mute, "all"}});
-    EXPECT_TRUE(mix::fit_look(stack, silent).left_out.empty());
+    EXPECT_TRUE(mix::fit_look(stack, silent).omitted.empty());
     // A matte that cannot be had takes its control with it, and only that
     Look matted = look_of({{Gain, "key=2"}, {Gain, "fill=2"}});
     matted.controls[0].matte = "CryptoObject:tree";
     const mix::FittedLook without_matte = mix::fit_look(stack, matted);
-    ASSERT_EQ(without_matte.left_out.size(), 1u);
+    ASSERT_EQ(without_matte.omitted.size(), 1u);
     ASSERT_EQ(without_matte.look.controls.size(), 1u);
     EXPECT_EQ(without_matte.look.controls[0].target, "fill");
 }
 
-/// Object /World/Tree over the left columns of the picture by half, /World/House elsewhere.
+/// Object /World/Tree over the left columns of the image by half, /World/House elsewhere.
 image::Image layers_with_cryptomatte() {
     image::Image image = made_layers();
     const layers::Cryptomatte matte{"CryptoObject",
@@ -251,8 +251,8 @@ TEST(Mattes, AGainActsWithinACryptomatte) {
     ASSERT_TRUE(stack.has_value());
     const auto width = size_t(stack->image().data.width());
     const Look look = matted(look_of({{Gain, "fill=0.5"}, {Gain, "key=3"}}), "object:/World/Tree");
-    const auto picture = mixed(*stack, look);
-    expect_pixels(picture, "R", [&](size_t i) {
+    const auto image = mixed(*stack, look);
+    expect_pixels(image, "R", [&](size_t i) {
         const auto v = [i](const char* name) { return made_value(name, i); };
         const float m = i % width < 10 ? 0.5f : 0.0f, key = 1.0f + m * 2.0f;
         return fold({v("b0_key.R") * key, v("b1_key.R") * key, v("tail_key.R") * key,
@@ -288,13 +288,13 @@ TEST(Mattes, OfAFileAreReadStripByStrip) {
     EXPECT_EQ(from_file->find("R")->data, in_memory.find("R")->data);
 }
 
-TEST(Mattes, MayBePictures) {
+TEST(Mattes, MayBeImages) {
     const LayerStack& stack = made_stack();
     image::Image mask = made_foreign({{"", {"mask.M"}}});
     const std::string path = film::temporary_file("mask.exr");
     ASSERT_TRUE(image::write_exr(path, mask).has_value());
-    const auto picture = mixed(stack, matted(look_of({{Gain, "all=2"}}), path + ":mask.M"));
-    expect_pixels(picture, "R", [](size_t i) {
+    const auto image = mixed(stack, matted(look_of({{Gain, "all=2"}}), path + ":mask.M"));
+    expect_pixels(image, "R", [](size_t i) {
         const auto v = [i](const char* name) {
             return made_value(name, i) * (1.0f + made_value("mask.M", i));
         };

@@ -161,7 +161,7 @@ std::vector<File> files() {
     return all;
 }
 
-/// Greys and saturated colors from black to above white.
+/// Grays and saturated colors from black to above white.
 image::Image chart() {
     image::Image image = made_foreign({{"", {"R", "G", "B"}}});
     for (size_t c = 0; c < 3; ++c) {
@@ -184,10 +184,10 @@ image::Image file_of(const File& file) {
 /// Largest difference in steps of 8 bits.
 double steps(const std::vector<float>& a, const std::vector<float>& b) {
     EXPECT_EQ(a.size(), b.size());
-    double most = 0;
+    double max = 0;
     for (size_t i = 0; i < std::min(a.size(), b.size()); ++i)
-        most = std::max(most, 255.0 * std::abs(double(a[i]) - double(b[i])));
-    return most;
+        max = std::max(max, 255.0 * std::abs(double(a[i]) - double(b[i])));
+    return max;
 }
 
 class Color : public testing::Test {
@@ -241,7 +241,7 @@ TEST_F(Color, OfTwelveFilesUnderFiveConfigsIsThatOfOiiotool) {
         for (const File& file : files()) {
             const auto stack = LayerStack::from_image(file_of(file), ForeignFiles::Plain);
             ASSERT_TRUE(stack.has_value());
-            double most = 0;
+            double max = 0;
             for (const std::string view : {"ACES", "Plain"}) {
                 Look look;
                 look.view = config.path.empty() && view == "Plain" ? "sRGB" : view;
@@ -255,7 +255,7 @@ TEST_F(Color, OfTwelveFilesUnderFiveConfigsIsThatOfOiiotool) {
                 ASSERT_TRUE(done.has_value()) << done.error().message;
                 const auto shown = image::read_rgb_image(png, image::SourceColorSpace::Raw);
                 ASSERT_TRUE(shown.has_value());
-                most = std::max(most, steps(shown->pixels, right));
+                max = std::max(max, steps(shown->pixels, right));
                 EXPECT_EQ(warnings.size(), file.space ? 0u : 1u)
                     << config.name << ", " << file.name << (warnings.empty() ? "" : warnings[0]);
                 // The window
@@ -267,10 +267,10 @@ TEST_F(Color, OfTwelveFilesUnderFiveConfigsIsThatOfOiiotool) {
                     rgb[i] = mixed.parts[0].channels[i % 3].value(i / 3);
                 transform->apply(rgb);
                 for (float& v : rgb) v = float(image::display_byte(v)) / 255.0f;
-                most = std::max(most, steps(rgb, right));
+                max = std::max(max, steps(rgb, right));
             }
-            table += fmt::format(" {:.0f}", most);
-            EXPECT_LE(most, 1.0) << config.name << ", " << file.name;
+            table += fmt::format(" {:.0f}", max);
+            EXPECT_LE(max, 1.0) << config.name << ", " << file.name;
         }
         table += "\n";
     }
@@ -384,7 +384,7 @@ TEST(FileColor, SaysWhatItDoesNotKnow) {
     // Which of two statements counts
     image.attributes["chromaticities"] = files()[8].primaries.value();
     image.attributes["colorInteropID"] = std::string("lin_rec709_scene");
-    EXPECT_NE(warning_of().find("chromaticities ACEScg: taken as linear Rec.709"),
+    EXPECT_NE(warning_of().find("chromaticities are ACEScg: using linear Rec.709"),
               std::string::npos);
     // The part of the beauty speaks for itself
     image.parts.resize(2);

@@ -2,7 +2,7 @@
 // `mix --with-layers`: what a mixed file keeps of the file that it was made from.
 #include "base/atomic_file.h"
 #include "compositor/made_layers.h"
-#include "compositor/mix/layer_fates.h"
+#include "compositor/mix/layer_outcomes.h"
 #include "compositor/mix/mix.h"
 #include "compositor/mix/mix_job.h"
 #include "compositor/noise/noise.h"
@@ -459,7 +459,7 @@ TEST(LayeredMix, SumsOfRowsFollowOneGainOfAllAndAreLeftOutOfOthers) {
 }
 
 /// Of the one channel Y, which a tint makes three.
-TEST(LayeredMix, ShadesOfGreyStayOneChannelUntilTheyHaveColors) {
+TEST(LayeredMix, ShadesOfGrayStayOneChannelUntilTheyHaveColors) {
     const LayerStack stack =
         foreign(made_foreign({{"rgba", {"Y", "A"}}, {"key", {"Y"}}, {"depth", {"Z"}}}));
     const LayerStack brighter = with_layers(stack, look_of({{Gain, "key=2"}}));

@@ -191,8 +191,8 @@ TEST(Mix, GainsMultiplyToSixtyFourStopsAtMost) {
     // As dark as one likes
     EXPECT_TRUE(plan_mix(stack, look_of({{Gain, "all=-64st"}, {Gain, "all=-64st"}})).has_value());
     Look matted = look_of({{Gain, "key=+40st"}, {Gain, "key=+40st"}});
-    const std::string picture = film::temporary_file("stack.exr");
-    for (Control& control : matted.controls) control.matte = picture + ":A";
+    const std::string image = film::temporary_file("stack.exr");
+    for (Control& control : matted.controls) control.matte = image + ":A";
     EXPECT_EQ(plan_mix(stack, matted).error().code, "bad-gain");
 }
 

@@ -187,7 +187,7 @@ TEST(OwnWindows, BlenderRebuildsTheMixInItsPlace) {
     }
 }
 
-TEST(OwnWindows, PicturesSayHowWideTheirPixelsAre) {
+TEST(OwnWindows, ImagesSayHowWideTheirPixelsAre) {
 #ifndef VELATURA_HAVE_OPENIMAGEIO_PLUGIN
     GTEST_SKIP() << "built without the plugin openimageio";
 #endif

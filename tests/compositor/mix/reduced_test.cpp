@@ -61,7 +61,7 @@ TEST(Reduced, DenoisingNamesWhatIsGone) {
         const LayerStack stack = without([&](const std::string& name) { return name == gone; });
         denoise::DenoiseReport report;
         const auto denoised = denoise::denoise(stack, report);
-        // The renderer's books are no picture, and alpha is nothing to filter
+        // The renderer's books are no image, and alpha is nothing to filter
         if (gone.starts_with("sums") || gone == "A") {
             EXPECT_TRUE(denoised.has_value()) << gone << ": " << denoised.error().message;
             continue;

@@ -85,8 +85,8 @@ TEST(Noise, ACapHoldsTheTarget) {
     ASSERT_EQ(advice.caps.size(), 2u);
     EXPECT_EQ(advice.caps[0].control.target, "tail");
     EXPECT_EQ(advice.caps[1].control.target, "fill");
-    ASSERT_TRUE(advice.caps[0].most.has_value());
-    look.controls[1].factor.fill(float(*advice.caps[0].most));
+    ASSERT_TRUE(advice.caps[0].max.has_value());
+    look.controls[1].factor.fill(float(*advice.caps[0].max));
     const auto capped = forecast_noise(stack, look, std::nullopt);
     ASSERT_TRUE(capped.has_value());
     EXPECT_LE(capped->mix.value, advice.target * (1 + 1e-6));
@@ -94,10 +94,10 @@ TEST(Noise, ACapHoldsTheTarget) {
     // Out of reach of any gain
     const auto hopeless = forecast_noise(stack, look, 1e-6);
     ASSERT_TRUE(hopeless.has_value());
-    for (const ControlCap& cap : hopeless->advice.caps) EXPECT_FALSE(cap.most.has_value());
+    for (const ControlCap& cap : hopeless->advice.caps) EXPECT_FALSE(cap.max.has_value());
 }
 
-/// Independent renders of the same made-up picture: the spread among them is what is forecast.
+/// Independent renders of the same made-up image: the spread among them is what is forecast.
 TEST(Noise, ForecastsTheSpreadOfMixes) {
     constexpr uint64_t runs = 64, samples = 8;
     const Look looks[] = {look_of({{Gain, "all=1"}}),

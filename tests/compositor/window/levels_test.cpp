@@ -98,8 +98,8 @@ TEST(Levels, HaveAPixelForEachOfTheScreen) {
     EXPECT_EQ(levels->quick_level(), 1u);
 }
 
-TEST(Levels, APictureThatNoWindowCanShowIsRefused) {
-    // Few pixels are stored, but each tile of the picture would have a place in memory
+TEST(Levels, AnImageThatNoWindowCanShowIsRefused) {
+    // Few pixels are stored, but each tile of the image would have a place in memory
     image::Image image = made_layers();
     image.display = {0, 0, 2'000'000'000, 2'000'000'000};
     auto stack = LayerStack::from_image(std::move(image));

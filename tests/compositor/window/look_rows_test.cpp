@@ -137,7 +137,7 @@ TEST(LookRows, WhatHasNoRowIsListed) {
                                {Kind::Shadow, "key=0.3"},
                                {Kind::Shadow, "all=0.1"},
                                {Kind::Gain, "shadow=0.5"}});
-    EXPECT_EQ(further_controls(look, rows), (std::vector<size_t>{1, 2, 5, 6}));
+    EXPECT_EQ(advanced_controls(look, rows), (std::vector<size_t>{1, 2, 5, 6}));
     EXPECT_EQ(control_text(look.controls[3]), "gain sky:b1 2");
 }
 
@@ -146,7 +146,7 @@ TEST(LookRows, ControlsWithMattesOrKeysAreNoRows) {
     look.controls[0].matte = "object:vase";
     EXPECT_EQ(row_state(look, "key"), RowState());
     EXPECT_EQ(row_state(look, "fill"), RowState());
-    EXPECT_EQ(further_controls(look, mixer_rows(small_levels()->stack(0))).size(), 2u);
+    EXPECT_EQ(advanced_controls(look, mixer_rows(small_levels()->stack(0))).size(), 2u);
     EXPECT_EQ(control_text(look.controls[0]), "gain key 2 within object:vase");
     set_stops(look, "key", -1);
     ASSERT_EQ(look.controls.size(), 3u);

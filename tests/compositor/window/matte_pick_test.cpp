@@ -100,8 +100,8 @@ TEST(Session, RowsActWithinWhatWasPicked) {
     EXPECT_FLOAT_EQ(row_state(session.look(), {"key", session.matte()}).stops, 1);
     EXPECT_EQ(row_state(session.look(), "key").stops, 0);
     EXPECT_EQ(session.look_error(), "");
-    EXPECT_TRUE(further_controls(session.look(), session.rows(), session.matte()).empty());
-    EXPECT_EQ(further_controls(session.look(), session.rows()), std::vector<size_t>{1});
+    EXPECT_TRUE(advanced_controls(session.look(), session.rows(), session.matte()).empty());
+    EXPECT_EQ(advanced_controls(session.look(), session.rows()), std::vector<size_t>{1});
     // The same as a preset
     const auto look = look_from_json(look_to_json(session.look()));
     ASSERT_TRUE(look.has_value());
@@ -120,9 +120,9 @@ TEST(Session, TheMatteIsDrawnWhileItIsPicked) {
     const auto levels = made_levels();
     session.show("drawn.exr", levels);
     session.press(*key_press_of("p"));
-    EXPECT_TRUE(session.picture(0)->matte.empty());
+    EXPECT_TRUE(session.image(0)->matte.empty());
     session.pick(2, 1);
-    const PictureTask& task = *session.picture(0);
+    const ImageTask& task = *session.image(0);
     ASSERT_EQ(task.matte.size(), levels->count());
     const std::vector<float>& matte = *task.matte[0]->mattes[0].values;
     const auto shown = [&](const std::vector<float>* drawn) {
@@ -148,10 +148,10 @@ TEST(Session, TheMatteIsDrawnWhileItIsPicked) {
     }
     // Pixels 0 and 4 show the vase, 3 and 7 a quarter of it
     EXPECT_EQ(reddened, 4u);
-    // What is read at a pixel, and what is written, is the picture
+    // What is read at a pixel, and what is written, is the image
     EXPECT_TRUE(session.screen_tile(0, levels->frame(0)).rgba == without.rgba);
     session.press(*key_press_of("p"));
-    EXPECT_TRUE(session.picture(0)->matte.empty()) << "not while nothing is picked";
+    EXPECT_TRUE(session.image(0)->matte.empty()) << "not while nothing is picked";
 }
 
 TEST(Session, ObjectsWithoutANameAreSaid) {

@@ -68,8 +68,8 @@ TEST(Session, ASearchKeepsKeysOnWhatIsSeen) {
     session.search_rows("all light");
     EXPECT_EQ(session.selected(), "all");
     press(session, "ctrl+f");
-    EXPECT_TRUE(session.take_wish_to_search());
-    EXPECT_FALSE(session.take_wish_to_search());
+    EXPECT_TRUE(session.take_search_request());
+    EXPECT_FALSE(session.take_search_request());
 }
 
 TEST(Session, AnInputSpaceIsThatOfTheCommand) {
@@ -79,7 +79,7 @@ TEST(Session, AnInputSpaceIsThatOfTheCommand) {
     session.set_input_space("ACEScg");
     EXPECT_EQ(session.look_error(), "");
     EXPECT_NE(bytes(), own) << "other numbers";
-    EXPECT_EQ(session.picture(0)->look.input_space, "ACEScg");
+    EXPECT_EQ(session.image(0)->look.input_space, "ACEScg");
     EXPECT_FALSE(session.has_unsaved_look()) << "no part of a look";
     session.set_input_space("no such space");
     EXPECT_NE(session.look_error().find("no such space"), std::string::npos);
@@ -164,25 +164,25 @@ TEST(Session, AHeldKeyStepsOnAndThrowsASwitchOnce) {
     EXPECT_FLOAT_EQ(session.look().exposure_stops, 0.5f);
 }
 
-TEST(Session, EveryLookMakesANewPicture) {
+TEST(Session, EveryLookMakesANewImage) {
     Session session = session_of_small();
-    const uint64_t rendered = session.picture(0)->version;
+    const uint64_t rendered = session.image(0)->version;
     press(session, "]");
     EXPECT_FLOAT_EQ(session.look().exposure_stops, 0.25f);
-    EXPECT_NE(session.picture(0)->version, rendered);
+    EXPECT_NE(session.image(0)->version, rendered);
     press(session, "0");
     EXPECT_EQ(session.look().exposure_stops, 0);
-    const uint64_t back = session.picture(0)->version;
+    const uint64_t back = session.image(0)->version;
     session.edit("", [](Look&) {});
-    EXPECT_EQ(session.picture(0)->version, back);
+    EXPECT_EQ(session.image(0)->version, back);
 }
 
 TEST(Session, TheWipeShowsBothLooks) {
     Session session = session_of_small();
     press(session, "]");
-    EXPECT_EQ(session.work_request().pictures[1], nullptr);
+    EXPECT_EQ(session.work_request().images[1], nullptr);
     press(session, "w");
-    EXPECT_NE(session.work_request().pictures[1], nullptr);
+    EXPECT_NE(session.work_request().images[1], nullptr);
     EXPECT_EQ(session.look(1).exposure_stops, 0);
     press(session, "c");
     EXPECT_FLOAT_EQ(session.look(1).exposure_stops, 0.25f);
@@ -192,7 +192,7 @@ TEST(Session, TheWipeShowsBothLooks) {
     EXPECT_EQ(session.active(), 1u);
     EXPECT_EQ(session.work_request().noise_of, 1u);
     press(session, "w");
-    EXPECT_EQ(session.work_request().pictures[0], nullptr);
+    EXPECT_EQ(session.work_request().images[0], nullptr);
     session.set_wipe(7);
     EXPECT_EQ(session.wipe(), 1);
 }
@@ -202,11 +202,11 @@ TEST(Session, DisplayAndViewAreThoseOfBothLooks) {
     session.set_display("sRGB", "Raw");
     EXPECT_EQ(session.look(0).view, "Raw");
     EXPECT_EQ(session.look(1).view, "Raw");
-    const uint64_t good = session.picture(0)->version;
+    const uint64_t good = session.image(0)->version;
     session.set_display("sRGB", "No such view");
-    EXPECT_EQ(session.picture(0)->version, good);
+    EXPECT_EQ(session.image(0)->version, good);
     // What is wrong is said until it is mended, whatever else there is to say
-    session.tell("saved x.png");
+    session.report("saved x.png");
     EXPECT_NE(session.look_error().find("No such view"), std::string::npos) << session.look_error();
     // The other look is seen while both are
     press(session, "w");
@@ -218,7 +218,7 @@ TEST(Session, DisplayAndViewAreThoseOfBothLooks) {
     EXPECT_TRUE(session.look_error().empty());
 }
 
-TEST(Session, APictureOfAnotherLookIsNotSaved) {
+TEST(Session, AnImageOfAnotherLookIsNotSaved) {
     Session session = session_of_small();
     const std::string path = film::temporary_file("stale.exr");
     session.set_display("sRGB", "No such view");
@@ -287,8 +287,8 @@ TEST(Session, KeysAreReadAtTheFrameAndKept) {
                     .has_value());
     session.load_preset(path);
     EXPECT_NE(session.message().text.find("frame 7"), std::string::npos) << session.message().text;
-    const auto picture_is_that_of = [&](double frame) {
-        const PictureTask& task = *session.picture(0);
+    const auto image_is_that_of = [&](double frame) {
+        const ImageTask& task = *session.image(0);
         const Look look = look_at(session.look(), frame);
         const auto plan = mix::plan_mix(session.stack(), look);
         EXPECT_TRUE(plan.has_value());
@@ -297,10 +297,10 @@ TEST(Session, KeysAreReadAtTheFrameAndKept) {
         return std::get<std::vector<float>>(shown.find("G")->data) ==
                std::get<std::vector<float>>(expected.find("G")->data);
     };
-    EXPECT_TRUE(picture_is_that_of(7));
-    EXPECT_FALSE(picture_is_that_of(1));
+    EXPECT_TRUE(image_is_that_of(7));
+    EXPECT_FALSE(image_is_that_of(1));
     session.set_frame(13);
-    EXPECT_TRUE(picture_is_that_of(13));
+    EXPECT_TRUE(image_is_that_of(13));
     session.set_frame(std::numeric_limits<double>::infinity());
     EXPECT_EQ(session.frame(), 13);
 
@@ -312,7 +312,7 @@ TEST(Session, KeysAreReadAtTheFrameAndKept) {
 
     // Another gain of the row is beside the keys, which a saved preset still holds
     session.edit("", [](Look& l) { set_stops(l, "key", 1); });
-    EXPECT_TRUE(picture_is_that_of(13));
+    EXPECT_TRUE(image_is_that_of(13));
     session.save_preset(path);
     const auto saved = look_from_json(*read_file(path));
     ASSERT_TRUE(saved.has_value());
@@ -335,10 +335,10 @@ TEST(Session, MattesAreReadOnce) {
     };
     set_gain("key=2");
     ASSERT_TRUE(session.look_error().empty()) << session.look_error();
-    const LevelPlans before = session.picture(0)->plans;
+    const LevelPlans before = session.image(0)->plans;
     ASSERT_GE(before.size(), 2u);
     set_gain("key=3");
-    const LevelPlans& after = session.picture(0)->plans;
+    const LevelPlans& after = session.image(0)->plans;
     for (size_t k = 0; k < before.size(); ++k) {
         EXPECT_NE(before[k], after[k]);
         EXPECT_EQ(before[k]->mattes.at(0).values, after[k]->mattes.at(0).values) << "level " << k;
@@ -346,7 +346,7 @@ TEST(Session, MattesAreReadOnce) {
     EXPECT_NE(after[0]->mattes[0].values, after[1]->mattes[0].values);
     // Another matte is another one
     session.edit("", [&](Look& l) { l.controls[0].matte = "!" + path + ":M"; });
-    EXPECT_NE(session.picture(0)->plans[0]->mattes[0].values, before[0]->mattes[0].values);
+    EXPECT_NE(session.image(0)->plans[0]->mattes[0].values, before[0]->mattes[0].values);
 }
 
 TEST(Session, TellsWhatTheFileHasNoNeedOf) {
@@ -366,7 +366,7 @@ TEST(Session, TellsWhatTheFileHasNoNeedOf) {
 
 TEST(Session, APresetOfAnotherShotSaysWhatItCannotFind) {
     Session session = session_of_small();
-    const uint64_t good = session.picture(0)->version;
+    const uint64_t good = session.image(0)->version;
     const std::string path = film::temporary_file("other_shot.json");
     ASSERT_TRUE(write_file_atomically(path, R"({"schema": "velatura.look/1", "controls": [
         {"do": "gain", "name": "moon", "value": "2"}, {"do": "gain", "name": "key",
@@ -374,11 +374,11 @@ TEST(Session, APresetOfAnotherShotSaysWhatItCannotFind) {
                     .has_value());
     session.load_preset(path);
     EXPECT_NE(session.look_error().find("moon"), std::string::npos);
-    EXPECT_EQ(session.picture(0)->version, good) << "the last picture stays";
-    EXPECT_EQ(further_controls(session.look(), session.rows()), std::vector<size_t>{0});
+    EXPECT_EQ(session.image(0)->version, good) << "the last picture stays";
+    EXPECT_EQ(advanced_controls(session.look(), session.rows()), std::vector<size_t>{0});
     session.edit("", [](Look& l) { l.controls.erase(l.controls.begin()); });
     EXPECT_TRUE(session.look_error().empty());
-    EXPECT_NE(session.picture(0)->version, good);
+    EXPECT_NE(session.image(0)->version, good);
 
     ASSERT_TRUE(write_file_atomically(path, "no preset").has_value());
     session.load_preset(path);
@@ -397,7 +397,7 @@ TEST(Session, TheLookGoesOnWithTheNextFile) {
     press(session, "x");
     session.edit("", [](Look& l) { set_stops(l, "fill", -1); });
     const Looks before = {session.look(0), session.look(1)};
-    // A file that lacks a light: its picture is the look without that light, and says so
+    // A file that lacks a light: its image is the look without that light, and says so
     const std::string path = film::temporary_file("fewer_lights.exr");
     film::LayerSet set = film::test_layer_set();
     for (film::LightGroup& group : set.groups) {
@@ -423,7 +423,7 @@ TEST(Session, TheLookGoesOnWithTheNextFile) {
 }
 
 TEST(Session, LooksOutliveAWindowThatIsKilled) {
-    const KeptLooks kept(film::temporary_file("kept_looks"));
+    const AutosavedLooks kept(film::temporary_file("kept_looks"));
     const auto begin = [&] {
         Session session{RecentFiles(""), kept};
         session.show("small.exr", small_levels());
@@ -434,7 +434,7 @@ TEST(Session, LooksOutliveAWindowThatIsKilled) {
         session.edit("", [](Look& l) { set_stops(l, "key", 1.5f); });
         press(session, "x");
         session.edit("", [](Look& l) { set_muted(l, "fill", true); });
-        session.keep_looks();
+        session.autosave_looks();
         EXPECT_TRUE(session.has_unsaved_look());
         // Killed here: nothing of it is told that the end is near
     }
@@ -448,16 +448,16 @@ TEST(Session, LooksOutliveAWindowThatIsKilled) {
     // The last step of undo is the light as rendered
     press(again, "ctrl+z");
     EXPECT_EQ(row_state(again.look(0), "key"), RowState());
-    again.keep_looks();
+    again.autosave_looks();
     EXPECT_FALSE(kept.find("small.exr")) << "as rendered, there is nothing to keep";
     press(again, "ctrl+shift+z");
-    again.keep_looks();
+    again.autosave_looks();
     EXPECT_TRUE(kept.find("small.exr"));
     again.edit("", [](Look& l) { l = Look(); });
     press(again, "x");
     again.edit("", [](Look& l) { l = Look(); });
     again.edit("", [](Look& l) { set_stops(l, "key", 0.5f); });
-    again.keep_looks();
+    again.autosave_looks();
     again.save_preset(film::temporary_file("kept_as_preset.json"));
     EXPECT_FALSE(again.has_unsaved_look());
     EXPECT_FALSE(kept.find("small.exr")) << "a preset holds it";
@@ -521,7 +521,7 @@ TEST(Session, WritesTheMixedFile) {
     ASSERT_TRUE(session.output_writer(path)().has_value());
     const auto written = layers::read_layer_file(path);
     ASSERT_TRUE(written.has_value());
-    const PictureTask& task = *session.picture(0);
+    const ImageTask& task = *session.image(0);
     const image::Image expected = mix::apply_mix(session.stack(), *task.plans[0], task.look, false);
     for (size_t i = 0; i < expected.data.pixel_count(); ++i)
         ASSERT_EQ(written->find("G")->value(i), expected.find("G")->value(i));

@@ -82,7 +82,7 @@ TEST(TileMix, KeepsToMattes) {
 }
 
 #ifdef VELATURA_HAVE_OPENIMAGEIO_PLUGIN
-TEST(TileMix, ShowsTheBytesOfTheWrittenPicture) {
+TEST(TileMix, ShowsTheBytesOfTheWrittenImage) {
     const LayerStack& stack = small_levels()->stack(0);
     const Look look = strong_look();
     const auto plan = mix::plan_mix(stack, look);
@@ -90,18 +90,18 @@ TEST(TileMix, ShowsTheBytesOfTheWrittenPicture) {
     const std::string path = film::temporary_file("shown.png");
     ASSERT_TRUE(
         mix::write_display(path, mix::apply_mix(stack, *plan, look, false), look).has_value());
-    const auto picture = image::read_rgb_image(path, image::SourceColorSpace::Raw);
-    ASSERT_TRUE(picture.has_value());
+    const auto image = image::read_rgb_image(path, image::SourceColorSpace::Raw);
+    ASSERT_TRUE(image.has_value());
     const auto transform =
         image::DisplayTransform::make(look.display, look.view, *image::color_of(stack.image()));
     ASSERT_TRUE(transform.has_value());
     const auto rgba =
         display_rgba(mix_tile(stack, *plan, look.exposure_stops, {0, 0, 48, 33}), *transform);
-    ASSERT_EQ(rgba.size() / 4, picture->pixels.size() / 3);
+    ASSERT_EQ(rgba.size() / 4, image->pixels.size() / 3);
     for (size_t i = 0; i < rgba.size() / 4; ++i) {
         EXPECT_EQ(rgba[4 * i + 3], 255);
         for (size_t c = 0; c < 3; ++c)
-            ASSERT_EQ(int(rgba[4 * i + c]), int(std::lround(picture->pixels[3 * i + c] * 255)));
+            ASSERT_EQ(int(rgba[4 * i + c]), int(std::lround(image->pixels[3 * i + c] * 255)));
     }
 }
 #endif
@@ -135,7 +135,7 @@ TEST(PixelReadout, ItsLayersAddUpToTheMix) {
     }
 }
 
-TEST(PixelReadout, AgreesWithThePictureWithinMattesAndClamps) {
+TEST(PixelReadout, AgreesWithTheImageWithinMattesAndClamps) {
     // A matte that is neither 0 nor 1, and light that a clamp took whole, within it and everywhere
     const auto stack = LayerStack::from_image(made_layers());
     ASSERT_TRUE(stack.has_value());
@@ -163,9 +163,9 @@ TEST(PixelReadout, AgreesWithThePictureWithinMattesAndClamps) {
                 is_given_back =
                     is_given_back || (layer.name == "clamp_b0_fill" && layer.gain[c] > 0);
             }
-            const float picture = mixed.parts[0].channels[c].value(mixed.data.index(x, y));
-            EXPECT_EQ(pixel.mix[c], picture);
-            EXPECT_NEAR(sum, picture, 1e-5f * picture) << x << ' ' << y;
+            const float image = mixed.parts[0].channels[c].value(mixed.data.index(x, y));
+            EXPECT_EQ(pixel.mix[c], image);
+            EXPECT_NEAR(sum, image, 1e-5f * image) << x << ' ' << y;
         }
     }
     EXPECT_TRUE(is_given_back);

@@ -175,7 +175,7 @@ TEST(ViewMode, ALayerOrChannelIsShownAlone) {
         << "no exposure";
     // 0.2126 · 0.75 + 0.7874 · 0.5 = 0.55315 → 141
     EXPECT_EQ(pixel(shown(*levels, {{}, ShownChannel::Luminance}), 0), (std::array{141, 141, 141}));
-    // A layer of one channel is grey: pixel 4 is 4 / 8
+    // A layer of one channel is gray: pixel 4 is 4 / 8
     EXPECT_EQ(pixel(shown(*levels, layer_mode(*levels, "depth")), 4), (std::array{128, 128, 128}));
     ViewMode alpha = layer_mode(*levels, "rgba");
     alpha.channel = ShownChannel::Alpha;
@@ -187,9 +187,9 @@ TEST(ViewMode, NotFiniteClippedAndNegativePixelsAreCountedAndMarked) {
     for (const float bad : {nan, infinite, -infinite}) {
         const auto beauty = two_lights(bad);
         EXPECT_EQ(beauty->not_finite(), std::set<std::string>{"R"});
-        EXPECT_EQ(shown(*beauty, {}).faults, (Faults{1, 0, 0}));
+        EXPECT_EQ(shown(*beauty, {}).flagged, (FlaggedPixels{1, 0, 0}));
         ViewMode mode;
-        mode.marks_faults = true;
+        mode.flags_pixels = true;
         const ShownTile tile = shown(*beauty, mode);
         EXPECT_EQ(pixel(tile, 5), (std::array{255, 0, 255}));
         EXPECT_EQ(pixel(tile, 4), (std::array{191, 128, 128}));
@@ -198,26 +198,26 @@ TEST(ViewMode, NotFiniteClippedAndNegativePixelsAreCountedAndMarked) {
         // of rows: one that nothing changes is not in it, one that is muted is taken off
         const auto row = two_lights(0.75f, bad);
         EXPECT_EQ(row->not_finite(), std::set<std::string>{"two.R"});
-        EXPECT_EQ(shown(*row, layer_mode(*row, "two")).faults, (Faults{1, 0, 0}));
-        EXPECT_EQ(shown(*row, layer_mode(*row, "one")).faults, Faults());
-        EXPECT_EQ(shown(*row, {}).faults, Faults());
+        EXPECT_EQ(shown(*row, layer_mode(*row, "two")).flagged, (FlaggedPixels{1, 0, 0}));
+        EXPECT_EQ(shown(*row, layer_mode(*row, "one")).flagged, FlaggedPixels());
+        EXPECT_EQ(shown(*row, {}).flagged, FlaggedPixels());
         Look muted;
         muted.controls = {parse_control(Control::Kind::Mute, "two").value()};
-        EXPECT_EQ(shown(*row, {}, muted).faults, (Faults{1, 0, 0}));
+        EXPECT_EQ(shown(*row, {}, muted).flagged, (FlaggedPixels{1, 0, 0}));
     }
     const auto levels = levels_of({{"R", [](size_t i) { return i < 3 ? 1.5f : 0.5f; }},
                                    {"G", [](size_t i) { return i == 7 ? -0.1f : 0.5f; }},
                                    {"B", constant(0.5f)}});
     ViewMode mode;
-    mode.marks_faults = true;
+    mode.flags_pixels = true;
     const ShownTile tile = shown(*levels, mode);
-    EXPECT_EQ(tile.faults, (Faults{0, 3, 1}));
-    EXPECT_EQ(tile.faults.text(), "3 px clipped · 1 px negative");
+    EXPECT_EQ(tile.flagged, (FlaggedPixels{0, 3, 1}));
+    EXPECT_EQ(tile.flagged.text(), "3 px clipped · 1 px negative");
     EXPECT_EQ(pixel(tile, 0), (std::array{255, 60, 0}));
     EXPECT_EQ(pixel(tile, 7), (std::array{0, 90, 255}));
     // Of a channel alone what it shows
     mode.channel = ShownChannel::Blue;
-    EXPECT_EQ(shown(*levels, mode).faults, Faults());
+    EXPECT_EQ(shown(*levels, mode).flagged, FlaggedPixels());
 }
 
 TEST(ViewMode, AGainThatOverflowsIsCounted) {
@@ -226,15 +226,15 @@ TEST(ViewMode, AGainThatOverflowsIsCounted) {
     Look look;
     look.exposure_stops = 64;  // 1e30 · 2^64 > 3.4e38
     const ShownTile tile = shown(*levels, {}, look);
-    EXPECT_EQ(tile.faults.not_finite, 8u);
+    EXPECT_EQ(tile.flagged.not_finite, 8u);
 }
 
-TEST(FaultCounts, AreThoseOfOnePictureWhole) {
-    FaultCounts counts;
+TEST(FlaggedPixelCounts, AreThoseOfOneImageWhole) {
+    FlaggedPixelCounts counts;
     counts.take(0, 1, {0, 0, 4, 4}, {1, 0, 0});
     EXPECT_FALSE(counts.of(0, 1, 32)) << "half of it is missing";
     counts.take(0, 1, {4, 0, 8, 4}, {2, 3, 0});
-    EXPECT_EQ(counts.of(0, 1, 32), (Faults{3, 3, 0}));
+    EXPECT_EQ(counts.of(0, 1, 32), (FlaggedPixels{3, 3, 0}));
     counts.take(0, 2, {0, 0, 4, 4}, {});
     EXPECT_FALSE(counts.of(0, 1, 32)) << "part of it is that of a newer picture";
     EXPECT_FALSE(counts.of(1, 1, 32));
@@ -244,10 +244,10 @@ TEST(Session, KeysChooseWhatOfThePixelsIsShown) {
     Session session{RecentFiles("")};
     session.show("two.exr", two_lights());
     const auto press = [&](const char* key) { session.press(*key_press_of(key)); };
-    const uint64_t color = session.picture(0)->version;
+    const uint64_t color = session.image(0)->version;
     press("r");
     EXPECT_EQ(session.mode().text(), "red");
-    EXPECT_GT(session.picture(0)->version, color) << "another picture";
+    EXPECT_GT(session.image(0)->version, color) << "another picture";
     press("a");
     EXPECT_EQ(session.mode().text(), "alpha");
     press("a");
@@ -265,7 +265,7 @@ TEST(Session, KeysChooseWhatOfThePixelsIsShown) {
     for (int i = 0; i < 9; ++i) press(",");
     EXPECT_EQ(session.mode().text(), "");
     press("o");
-    EXPECT_TRUE(session.mode().marks_faults);
+    EXPECT_TRUE(session.mode().flags_pixels);
     EXPECT_FALSE(session.has_unsaved_look()) << "no part of a look";
 }
 

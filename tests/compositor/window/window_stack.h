@@ -13,7 +13,7 @@
 
 namespace velatura::compositor::window {
 
-/// A file of made-up light that has everything the window shows; pixels `data` of a picture
+/// A file of made-up light that has everything the window shows; pixels `data` of an image
 /// `display`.
 inline std::string window_file(const std::string& name,
                                const image::Window& data,
@@ -41,7 +41,7 @@ inline std::string plain_file(const std::string& name, const image::Window& data
     return path;
 }
 
-/// A picture over the pixels of the stack with a matte `M` that takes values from 0 to 1.
+/// An image over the pixels of the stack with a matte `M` that takes values from 0 to 1.
 inline Result<void> write_matte(const std::string& path, const LayerStack& stack) {
     image::Image matte;
     matte.data = stack.image().data;

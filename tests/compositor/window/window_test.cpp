@@ -43,7 +43,7 @@ class WindowTest : public testing::Test {
 #endif
     }
 
-    /// Plays a script; pictures and presets lie where file() says.
+    /// Plays a script; images and presets lie where file() says.
     Outcome play(const std::string& arguments, const std::string& script) const {
         const std::string path = file("script.txt");
         EXPECT_TRUE(write_file_atomically(path, script).has_value());
@@ -56,7 +56,7 @@ class WindowTest : public testing::Test {
     std::string layers_;
 };
 
-void expect_same_picture(const std::string& a, const std::string& b) {
+void expect_same_image(const std::string& a, const std::string& b) {
     const auto first = image::read_rgb_image(a, image::SourceColorSpace::Raw);
     const auto second = image::read_rgb_image(b, image::SourceColorSpace::Raw);
     ASSERT_TRUE(first.has_value() && second.has_value());
@@ -65,7 +65,7 @@ void expect_same_picture(const std::string& a, const std::string& b) {
     EXPECT_TRUE(first->pixels == second->pixels) << a << " differs from " << b;
 }
 
-TEST_F(WindowTest, TheSavedPresetIsThePictureOnTheScreen) {
+TEST_F(WindowTest, TheSavedPresetIsTheImageOnTheScreen) {
     const std::string preset = file("preset.json");
     const Outcome played = play(layers_ + " --size 1280 800",
                                 "wait\n"
@@ -112,14 +112,14 @@ TEST_F(WindowTest, TheSavedPresetIsThePictureOnTheScreen) {
         ASSERT_EQ(mixed.code, 0) << mixed.output;
     };
     mix("", "plain.png");
-    expect_same_picture(file("opened.png"), file("plain.png"));
+    expect_same_image(file("opened.png"), file("plain.png"));
     mix("--preset " + preset, "mixed.png");
-    expect_same_picture(file("final.png"), file("mixed.png"));
+    expect_same_image(file("final.png"), file("mixed.png"));
     const auto value = control_text(look->controls.at(0)).substr(std::string("gain key ").size());
     mix("--gain key=" + value, "gained.png");
-    expect_same_picture(file("dragged.png"), file("gained.png"));
+    expect_same_image(file("dragged.png"), file("gained.png"));
     mix("--gain key=" + value + " --solo fill", "solo.png");
-    expect_same_picture(file("soloed.png"), file("solo.png"));
+    expect_same_image(file("soloed.png"), file("solo.png"));
 }
 
 TEST_F(WindowTest, MouseAndKeysReachTheMixer) {
@@ -278,7 +278,7 @@ TEST_F(WindowTest, DroppedFilesAreOpenedAndZoomShowsPixels) {
                   " -o " + file("key.png"))
                   .code,
               0);
-    expect_same_picture(file("dropped.png"), file("key.png"));
+    expect_same_image(file("dropped.png"), file("key.png"));
 }
 
 TEST_F(WindowTest, MoreBouncesThanATableTakesAreSaid) {
@@ -301,7 +301,7 @@ TEST_F(WindowTest, MoreBouncesThanATableTakesAreSaid) {
 /// The images of docs/reference/window.md: with VELATURA_WINDOW_LAYERS=atelier.exr (scenes/atelier,
 /// 768 × 432, 56 samples, --halves) they are those of the page, written to VELATURA_WINDOW_PICTURES
 /// and made small by `oiiotool --compression jpeg:80`.
-TEST_F(WindowTest, ATourTakesThePicturesOfTheDocs) {
+TEST_F(WindowTest, ATourTakesTheImagesOfTheDocs) {
     const char* layers = std::getenv("VELATURA_WINDOW_LAYERS");
     const char* folder = std::getenv("VELATURA_WINDOW_PICTURES");
     const std::string out = folder ? folder : fs::path(file("x")).parent_path().string();
@@ -328,10 +328,10 @@ TEST_F(WindowTest, ATourTakesThePicturesOfTheDocs) {
                                     out + "/window_cells.jpg\n");
     ASSERT_EQ(played.code, 0) << played.output;
     for (const char* name : {"/window_lights.jpg", "/window_cells.jpg"}) {
-        const auto picture = image::read_rgb_image(out + name);
-        ASSERT_TRUE(picture.has_value());
-        EXPECT_EQ(picture->width, 1280);
-        EXPECT_EQ(picture->height, 800);
+        const auto image = image::read_rgb_image(out + name);
+        ASSERT_TRUE(image.has_value());
+        EXPECT_EQ(image->width, 1280);
+        EXPECT_EQ(image->height, 800);
     }
 }
 
@@ -352,7 +352,7 @@ TEST_F(WindowTest, KeysAreThoseOfTheFrame) {
                       " --frame " + frame + " -o " + mixed)
                       .code,
                   0);
-        expect_same_picture(file("frame" + frame + ".png"), mixed);
+        expect_same_image(file("frame" + frame + ".png"), mixed);
     }
 }
 
@@ -377,7 +377,7 @@ TEST_F(WindowTest, APresetMayComeBeforeTheFile) {
     EXPECT_NE(missing.output.find("missing.json"), std::string::npos) << missing.output;
 }
 
-TEST_F(WindowTest, APictureOfAnotherLookSaysSo) {
+TEST_F(WindowTest, AnImageOfAnotherLookSaysSo) {
     const std::string preset = file("other.json"), saved = file("other.png");
     ASSERT_TRUE(write_file_atomically(preset, R"({"schema": "velatura.look/1", "controls": [
         {"do": "mute", "name": "moon"}]})")
@@ -405,16 +405,16 @@ TEST_F(WindowTest, SavesDoNotWaitForEachOtherAndAreDoneBeforeTheEnd) {
 }
 
 TEST_F(WindowTest, AsksBeforeItReplacesAFile) {
-    const std::string picture = file("replaced.png");
-    ASSERT_TRUE(write_file_atomically(picture, "no picture").has_value());
-    const std::string save = "wait\nkey ctrl+e\ntype " + picture + "\nkey enter\nframes 2\n";
-    const Outcome cancelled =
+    const std::string image = file("replaced.png");
+    ASSERT_TRUE(write_file_atomically(image, "no picture").has_value());
+    const std::string save = "wait\nkey ctrl+e\ntype " + image + "\nkey enter\nframes 2\n";
+    const Outcome canceled =
         play(layers_, save + "screenshot " + file("question.png") + "\nclick cancel\nwait\n");
-    EXPECT_EQ(cancelled.code, 0) << cancelled.output;
-    EXPECT_EQ(read_file(picture).value(), "no picture");
+    EXPECT_EQ(canceled.code, 0) << canceled.output;
+    EXPECT_EQ(read_file(image).value(), "no picture");
     const Outcome replaced = play(layers_, save + "click replace\nwait\n");
     EXPECT_EQ(replaced.code, 0) << replaced.output;
-    EXPECT_TRUE(image::read_rgb_image(picture).has_value());
+    EXPECT_TRUE(image::read_rgb_image(image).has_value());
 }
 
 TEST_F(WindowTest, TheInputSpaceOfTheMenuIsThatOfTheCommand) {
@@ -425,12 +425,12 @@ TEST_F(WindowTest, TheInputSpaceOfTheMenuIsThatOfTheCommand) {
         "wait\nkey 1\nwait\nscreenshot " + file("space_window.png") + " picture\n";
     const Outcome by_option = play(layers_ + " --input-space ACEScg --size 1280 800", shot);
     ASSERT_EQ(by_option.code, 0) << by_option.output;
-    expect_same_picture(file("space_window.png"), file("space.png"));
+    expect_same_image(file("space_window.png"), file("space.png"));
     const Outcome by_menu = play(layers_ + " --size 1280 800",
                                  "wait\nclick spaces\nframes 3\nscreenshot " + file("spaces.png") +
                                      "\nclick \"space ACEScg\"\n" + shot);
     ASSERT_EQ(by_menu.code, 0) << by_menu.output;
-    expect_same_picture(file("space_window.png"), file("space.png"));
+    expect_same_image(file("space_window.png"), file("space.png"));
 }
 
 TEST_F(WindowTest, ASequenceOpensAndItsNextFrameFollows) {
@@ -458,7 +458,7 @@ TEST_F(WindowTest, ASequenceOpensAndItsNextFrameFollows) {
                       file("frame_mixed.png"))
                       .code,
                   0);
-        expect_same_picture(file(shown), file("frame_mixed.png"));
+        expect_same_image(file(shown), file("frame_mixed.png"));
     }
     const Outcome none = play(folder + "/other.####.exr", "wait\n");
     EXPECT_EQ(none.code, 1);
@@ -482,7 +482,7 @@ TEST_F(WindowTest, AnotherFileIsBesideThisOne) {
             run("env OCIO= " + bin + "/velatura-comp mix " + layers + " -o " + file("side.png"))
                 .code,
             0);
-        expect_same_picture(file(shown), file("side.png"));
+        expect_same_image(file(shown), file("side.png"));
     }
 }
 
@@ -590,7 +590,7 @@ TEST_F(WindowTest, TheOtherEyeIsInTheMenu) {
                       " -o " + file("eye.png"))
                       .code,
                   0);
-        expect_same_picture(file("eye_" + eye + ".png"), file("eye.png"));
+        expect_same_image(file("eye_" + eye + ".png"), file("eye.png"));
     }
 }
 
@@ -618,8 +618,8 @@ TEST_F(WindowTest, FilesOfOneAovEachAreRowsOfOneMix) {
         run("env OCIO= " + bin + "/velatura-comp mix " + paths + "--mute key -o " + file("aov.png"))
             .code,
         0);
-    expect_same_picture(file("aov_seen.png"), file("aov.png"));
-    expect_same_picture(file("aov_again.png"), file("aov.png"));
+    expect_same_image(file("aov_seen.png"), file("aov.png"));
+    expect_same_image(file("aov_again.png"), file("aov.png"));
     // A script would read the first of them alone
     const Outcome exported = run(bin + "/velatura-comp export nuke " + paths);
     EXPECT_EQ(exported.code, 2);

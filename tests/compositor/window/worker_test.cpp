@@ -26,11 +26,11 @@ Gathered gather(Worker& worker) {
     Gathered all;
     for (bool is_idle = false; !is_idle;) {
         std::this_thread::sleep_for(std::chrono::milliseconds(2));
-        WorkNews news = worker.take();
-        is_idle = news.is_idle;
-        for (FinishedTile& tile : news.tiles) all.tiles.push_back(std::move(tile));
-        if (news.noise) all.noise = std::move(news.noise);
-        all.noise_version = news.noise_version;
+        WorkResults results = worker.take();
+        is_idle = results.is_idle;
+        for (FinishedTile& tile : results.tiles) all.tiles.push_back(std::move(tile));
+        if (results.noise) all.noise = std::move(results.noise);
+        all.noise_version = results.noise_version;
     }
     return all;
 }
@@ -56,7 +56,7 @@ TEST_F(WorkerTest, MixesEverythingThatWasAskedFor) {
     std::map<std::pair<size_t, size_t>, size_t> pixels;
     for (const FinishedTile& tile : all.tiles) {
         pixels[{tile.look, tile.level}] += tile.window.pixel_count();
-        const PictureTask& task = *request.pictures[tile.look];
+        const ImageTask& task = *request.images[tile.look];
         EXPECT_EQ(tile.version, task.version);
         const auto expected =
             display_rgba(mix_tile(request.levels->stack(tile.level), *task.plans[tile.level],
@@ -70,7 +70,7 @@ TEST_F(WorkerTest, MixesEverythingThatWasAskedFor) {
     }
     ASSERT_TRUE(all.noise.has_value());
     EXPECT_TRUE(all.noise->is_done());
-    EXPECT_EQ(all.noise_version, request.pictures[0]->version);
+    EXPECT_EQ(all.noise_version, request.images[0]->version);
 }
 
 TEST_F(WorkerTest, TheNewestRequestWins) {
@@ -79,7 +79,7 @@ TEST_F(WorkerTest, TheNewestRequestWins) {
         worker_.request(session_.work_request());
         if (i % 10 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
-    const uint64_t newest = session_.picture(0)->version;
+    const uint64_t newest = session_.image(0)->version;
     const Gathered all = gather(worker_);
     size_t pixels = 0;
     uint64_t last = 0;
@@ -111,9 +111,9 @@ TEST_F(WorkerTest, WhatIsThrownIsToldAndTheNextRequestBeginsAnew) {
     worker.request(session_.work_request());
     for (bool is_idle = false; !is_idle;) {
         std::this_thread::sleep_for(std::chrono::milliseconds(2));
-        const WorkNews news = worker.take();
-        error += news.error;
-        is_idle = news.is_idle;
+        const WorkResults results = worker.take();
+        error += results.error;
+        is_idle = results.is_idle;
     }
     EXPECT_EQ(error, "a hole in the memory");
     worker.request(session_.work_request());

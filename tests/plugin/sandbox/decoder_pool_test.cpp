@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Images that decoder processes read: what a decoder does to itself costs its picture and nothing
+// Images that decoder processes read: what a decoder does to itself costs its image and nothing
 // else.
 #include "plugins/openimageio/sandbox/decoder_pool.h"
 
 #include "base/process_limits.h"
-#include "double_pictures.h"
+#include "double_images.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -29,10 +29,10 @@ namespace velatura::plugins::openimageio::testing {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-using Picture = std::unique_ptr<SourcePicture>;
+using Image = std::unique_ptr<SourceImage>;
 
-constexpr int width = DoublePictures::width, height = DoublePictures::height,
-              channels = DoublePictures::channels;
+constexpr int width = DoubleImages::width, height = DoubleImages::height,
+              channels = DoubleImages::channels;
 
 PoolOptions options(size_t decoders = 1, DecoderProcessLimits limits = {}) {
     return {.program = VELATURA_DOUBLE_PROGRAM, .max_decoders = decoders, .limits = limits};
@@ -45,29 +45,29 @@ PoolOptions other_program(const std::string& program) {
     return other;
 }
 
-Picture open(DecoderPool& pool, const std::string& asset) {
-    Result<Picture> opened = pool.open(asset, PictureUse::Texture);
+Image open(DecoderPool& pool, const std::string& asset) {
+    Result<Image> opened = pool.open(asset, ImageUse::Texture);
     EXPECT_TRUE(opened) << asset << ": " << opened.error().message;
     return opened ? std::move(*opened) : nullptr;
 }
 
-Result<void> read(SourcePicture& picture, std::vector<float>& values, int y, int y_end) {
+Result<void> read(SourceImage& image, std::vector<float>& values, int y, int y_end) {
     values.assign(size_t(y_end - y) * width * channels, -1.0f);
-    return picture.read_lines(0, y, y_end, channels, values);
+    return image.read_lines(0, y, y_end, channels, values);
 }
 
 /// Why these lines cannot be read.
-std::string failure(SourcePicture& picture, int y = 0, int y_end = 64) {
+std::string failure(SourceImage& image, int y = 0, int y_end = 64) {
     std::vector<float> values;
-    const Result<void> done = read(picture, values, y, y_end);
+    const Result<void> done = read(image, values, y, y_end);
     return done ? "" : done.error().message;
 }
 
-void expect_right(SourcePicture& picture, const std::string& asset, int y = 0, int y_end = 64) {
+void expect_right(SourceImage& image, const std::string& asset, int y = 0, int y_end = 64) {
     std::vector<float> values;
-    const Result<void> done = read(picture, values, y, y_end);
+    const Result<void> done = read(image, values, y, y_end);
     ASSERT_TRUE(done) << asset << ": " << done.error().message;
-    ASSERT_EQ(values, DoublePictures::lines(asset, y, y_end)) << asset;
+    ASSERT_EQ(values, DoubleImages::lines(asset, y, y_end)) << asset;
 }
 
 std::string text_of(const std::string& file) {
@@ -123,22 +123,22 @@ std::set<pid_t> children_of(const std::set<pid_t>& parents) {
 
 TEST(DecoderPool, BringsWhatItsSourceHas) {
     DecoderPool pool(options());
-    const Picture picture = open(pool, "plain");
-    ASSERT_TRUE(picture);
-    EXPECT_EQ(picture->spec().levels.size(), 2u);
-    EXPECT_EQ(picture->spec().levels[0].height, height);
-    EXPECT_EQ(picture->spec().levels[1].tile_width, DoublePictures::tile);
-    expect_right(*picture, "plain", 5, 6);
+    const Image image = open(pool, "plain");
+    ASSERT_TRUE(image);
+    EXPECT_EQ(image->spec().levels.size(), 2u);
+    EXPECT_EQ(image->spec().levels[0].height, height);
+    EXPECT_EQ(image->spec().levels[1].tile_width, DoubleImages::tile);
+    expect_right(*image, "plain", 5, 6);
     // Larger than what is usually shared
-    expect_right(*picture, "plain", 0, height);
-    expect_right(*picture, "plain", 17, 64);
-    constexpr int tile = DoublePictures::tile;
+    expect_right(*image, "plain", 0, height);
+    expect_right(*image, "plain", 17, 64);
+    constexpr int tile = DoubleImages::tile;
     std::vector<float> values(size_t(tile * tile) * 2);
-    ASSERT_TRUE(picture->read_tile(1, 32, 48, 2, values));
+    ASSERT_TRUE(image->read_tile(1, 32, 48, 2, values));
     for (int i = 0; i < tile * tile; ++i)
         for (int c = 0; c < 2; ++c)
             ASSERT_EQ(values[size_t(i * 2 + c)],
-                      DoublePictures::value("plain", 32 + i % tile, 48 + i / tile, c));
+                      DoubleImages::value("plain", 32 + i % tile, 48 + i / tile, c));
 }
 
 /// Until nothing is left, the smallest of blocks neither.
@@ -159,45 +159,45 @@ TEST(DecoderPool, ClosesWithoutMemory) {
     EXPECT_EXIT(
         {
             DecoderPool pool(options());
-            Picture picture = open(pool, "plain");
+            Image image = open(pool, "plain");
             std::vector<std::unique_ptr<char[]>> taken;
             const pid_t decoder = pool.processes().back();
             take_all_memory(taken);
             // As the kernel would: then there is something to say, and no memory for it
             kill(decoder, SIGKILL);
-            picture.reset();
+            image.reset();
             taken.clear();
-            _exit(picture ? 1 : 0);
+            _exit(image ? 1 : 0);
         },
         ::testing::ExitedWithCode(0), "");
 }
 
 TEST(DecoderPool, SaysWhatItsSourceSays) {
     DecoderPool pool(options());
-    const Result<Picture> missing = pool.open("missing.png", PictureUse::Texture);
+    const Result<Image> missing = pool.open("missing.png", ImageUse::Texture);
     ASSERT_FALSE(missing);
     EXPECT_EQ(missing.error().message, "there is no missing.png");
     EXPECT_EQ(failure(*open(pool, "refused")), "this one never");
     EXPECT_EQ(failure(*open(pool, "throw")), "thrown [31m by a decoder");
-    EXPECT_FALSE(pool.open(std::string(100000, 'x'), PictureUse::Texture));
+    EXPECT_FALSE(pool.open(std::string(100000, 'x'), ImageUse::Texture));
     expect_right(*open(pool, "plain"), "plain");
 }
 
-/// By a signal or an exit, while it is opened or read; the other picture of that decoder notices
+/// By a signal or an exit, while it is opened or read; the other image of that decoder notices
 /// nothing.
-TEST(DecoderPool, ACrashCostsItsPictureOnly) {
+TEST(DecoderPool, ACrashCostsItsImageOnly) {
     DecoderPool pool(options());
-    const Picture other = open(pool, "plain/other");
+    const Image other = open(pool, "plain/other");
     for (const auto& [what, why] :
          {std::pair("segv", fmt::format("was ended by signal {}", SIGSEGV)),
           std::pair("kill", fmt::format("was ended by signal {}", SIGKILL)),
           std::pair("abort", fmt::format("was ended by signal {}", SIGABRT)),
           std::pair("exit", std::string("ended with code 7"))}) {
         expect_right(*other, "plain/other");
-        const Picture bad = open(pool, what);
+        const Image bad = open(pool, what);
         EXPECT_EQ(failure(*bad), "the decoder process " + why);
         expect_right(*other, "plain/other", 100, 200);
-        const Result<Picture> never = pool.open(std::string(what) + ":open", PictureUse::Texture);
+        const Result<Image> never = pool.open(std::string(what) + ":open", ImageUse::Texture);
         ASSERT_FALSE(never);
         EXPECT_EQ(never.error().message, "the decoder process " + why);
         expect_right(*other, "plain/other", 50, 60);
@@ -206,21 +206,21 @@ TEST(DecoderPool, ACrashCostsItsPictureOnly) {
 
 TEST(DecoderPool, WhatEndedADecoderIsNotTriedAgain) {
     DecoderPool pool(options());
-    const Picture bad = open(pool, "segv"), other = open(pool, "plain");
+    const Image bad = open(pool, "segv"), other = open(pool, "plain");
     const std::string why = failure(*bad);
     expect_right(*other, "plain");
     const std::vector<pid_t> before = pool.processes();
     for (int i = 0; i < 10; ++i) EXPECT_EQ(failure(*bad), why);
-    EXPECT_EQ(pool.open("segv", PictureUse::Picture).error().message, why);
+    EXPECT_EQ(pool.open("segv", ImageUse::Image).error().message, why);
     expect_right(*other, "plain");
     EXPECT_EQ(pool.processes(), before);
 }
 
-/// The decoder dies of what another picture did to it: the one that was asked for is tried again,
+/// The decoder dies of what another image did to it: the one that was asked for is tried again,
 /// alone.
-TEST(DecoderPool, TheCrashOfANeighbourIsNotOnesOwn) {
+TEST(DecoderPool, TheCrashOfANeighborIsNotOnesOwn) {
     DecoderPool pool(options());
-    const Picture poison = open(pool, "poison"), other = open(pool, "plain");
+    const Image poison = open(pool, "poison"), other = open(pool, "plain");
     EXPECT_EQ(failure(*poison), "");
     expect_right(*other, "plain");
     expect_right(*other, "plain", 64, 128);
@@ -228,7 +228,7 @@ TEST(DecoderPool, TheCrashOfANeighbourIsNotOnesOwn) {
 
 TEST(DecoderPool, AStoppedDecoderIsNotWaitedForForEver) {
     DecoderPool pool(options(1, {.wall_seconds = 1}));
-    const Picture other = open(pool, "plain"), stopped = open(pool, "stop");
+    const Image other = open(pool, "plain"), stopped = open(pool, "stop");
     const Clock::time_point begin = Clock::now();
     EXPECT_EQ(failure(*stopped), "decoding took more than 1 s; raise --limit decode-time");
     EXPECT_LT(Clock::now() - begin, std::chrono::seconds(5));
@@ -237,7 +237,7 @@ TEST(DecoderPool, AStoppedDecoderIsNotWaitedForForEver) {
 
 TEST(DecoderPool, ADecoderThatComputesForEverIsEnded) {
     DecoderPool pool(options(1, {.cpu_seconds = 0.5}));
-    const Picture other = open(pool, "plain"), spinning = open(pool, "spin");
+    const Image other = open(pool, "plain"), spinning = open(pool, "spin");
     EXPECT_EQ(failure(*spinning), "decoding took more than 0.5 s; raise --limit decode-time");
     expect_right(*other, "plain");
 }
@@ -245,7 +245,7 @@ TEST(DecoderPool, ADecoderThatComputesForEverIsEnded) {
 /// Not for all that it reads in hours.
 TEST(DecoderPool, TimeIsCountedForEachRequest) {
     DecoderPool pool(options(1, {.cpu_seconds = 0.6}));
-    const Picture busy = open(pool, "busy");
+    const Image busy = open(pool, "busy");
     const std::vector<pid_t> before = pool.processes();
     for (int i = 0; i < 5; ++i) expect_right(*busy, "busy", i, i + 2);
     EXPECT_EQ(pool.processes(), before);
@@ -254,14 +254,14 @@ TEST(DecoderPool, TimeIsCountedForEachRequest) {
 TEST(DecoderPool, ADecoderThatTakesAllMemoryIsEnded) {
     if (!limits_addresses) GTEST_SKIP() << "sanitizers need all addresses";
     DecoderPool pool(options(1, {.address_bytes = size_t(512) << 20}));
-    const Picture other = open(pool, "plain"), greedy = open(pool, "memory");
+    const Image other = open(pool, "plain"), greedy = open(pool, "memory");
     EXPECT_EQ(failure(*greedy), "the decoder process ran out of memory");
     expect_right(*other, "plain");
 }
 
 TEST(DecoderPool, WhatMakesNoSenseEndsTheDecoder) {
     DecoderPool pool(options());
-    const Picture other = open(pool, "plain"), liar = open(pool, "liar");
+    const Image other = open(pool, "plain"), liar = open(pool, "liar");
     EXPECT_EQ(failure(*liar),
               "what the decoder process answers makes no sense: it answers another request");
     expect_right(*other, "plain");
@@ -271,7 +271,7 @@ TEST(DecoderPool, WhatMakesNoSenseEndsTheDecoder) {
 TEST(DecoderPool, DecodersHaveNoRightsTheyDoNotNeed) {
     const std::string own_rights = rights_of("self");
     DecoderPool pool(options(1, {.address_bytes = size_t(1) << 30}));
-    const Picture picture = open(pool, "plain");
+    const Image image = open(pool, "plain");
     const std::vector<pid_t> processes = pool.processes();
     ASSERT_EQ(processes.size(), 2u);
     const std::string folder = fmt::format("/proc/{}/", processes[1]);
@@ -291,7 +291,7 @@ TEST(DecoderPool, DecodersHaveNoFilesOfTheRenderer) {
     const FileDescriptor low(::open("/proc/self/status", O_RDONLY)),
         file(::fcntl(low.get(), F_DUPFD, 20));
     DecoderPool pool(options());
-    const Picture picture = open(pool, "plain");
+    const Image image = open(pool, "plain");
     std::vector<std::string> found;
     const std::string folder = fmt::format("/proc/{}/fd", pool.processes().at(0));
     for (const auto& entry : std::filesystem::directory_iterator(folder))
@@ -307,13 +307,13 @@ TEST(DecoderPool, DecodersCanDoNothingButRead) {
     DecoderPool pool(options());
     const std::string file = "/dev/shm/velatura_double";
     std::filesystem::remove(file);
-    const Picture plain = open(pool, "plain");
+    const Image plain = open(pool, "plain");
     if (rights_of(std::to_string(pool.processes().at(1))).find("Seccomp:\t2") == std::string::npos)
         GTEST_SKIP() << "the system has no filter of calls";
     for (const std::string what : {"write", "socket", "fork", "signal", "limit", "remove"}) {
-        const Picture picture = open(pool, what);
-        EXPECT_EQ(failure(*picture), "") << what;
-        expect_right(*picture, what);
+        const Image image = open(pool, what);
+        EXPECT_EQ(failure(*image), "") << what;
+        expect_right(*image, what);
     }
     EXPECT_FALSE(std::filesystem::exists(file));
     expect_right(*open(pool, "thread"), "thread");
@@ -323,37 +323,37 @@ TEST(DecoderPool, DecodersCanDoNothingButRead) {
 /// writes.
 TEST(DecoderPool, SignalsThatAskToEndAreTheRenderersAffair) {
     DecoderPool pool(options());
-    const Picture picture = open(pool, "plain");
+    const Image image = open(pool, "plain");
     const std::vector<pid_t> before = pool.processes();
     for (const pid_t process : before) {
         EXPECT_NE(::getpgid(process), ::getpgid(0));
         for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGUSR1, SIGTSTP})
             ::kill(process, signal);
     }
-    expect_right(*picture, "plain");
+    expect_right(*image, "plain");
     EXPECT_EQ(pool.processes(), before);
 }
 
-/// By the kernel, say, when memory is short: no picture has done it.
+/// By the kernel, say, when memory is short: no image has done it.
 TEST(DecoderPool, ADecoderThatIsKilledBetweenReadsIsReplaced) {
     DecoderPool pool(options());
-    const Picture picture = open(pool, "plain");
+    const Image image = open(pool, "plain");
     for (int i = 0; i < 5; ++i) {
-        expect_right(*picture, "plain", i, i + 3);
+        expect_right(*image, "plain", i, i + 3);
         ::kill(pool.processes().at(1), SIGKILL);
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
-    expect_right(*picture, "plain");
+    expect_right(*image, "plain");
 }
 
 TEST(DecoderPool, AForkServerThatIsKilledIsReplaced) {
     DecoderPool pool(options(2));
-    const Picture picture = open(pool, "plain"), second = open(pool, "plain/2");
+    const Image image = open(pool, "plain"), second = open(pool, "plain/2");
     const std::vector<pid_t> before = pool.processes();
     ASSERT_EQ(before.size(), 3u);
     ::kill(before[0], SIGKILL);
     EXPECT_TRUE(ends(before[1]));
-    expect_right(*picture, "plain");
+    expect_right(*image, "plain");
     expect_right(*second, "plain/2");
     EXPECT_NE(pool.processes().at(0), before[0]);
     EXPECT_FALSE(children_of({::getpid()}).contains(before[0])) << "nobody has waited for it";
@@ -361,19 +361,19 @@ TEST(DecoderPool, AForkServerThatIsKilledIsReplaced) {
 
 TEST(DecoderPool, AFileThatIsAnotherOneByNowIsRefused) {
     DecoderPool pool(options());
-    const Picture picture = open(pool, "other");
-    EXPECT_EQ(failure(*picture), "");
+    const Image image = open(pool, "other");
+    EXPECT_EQ(failure(*image), "");
     ::kill(pool.processes().at(1), SIGKILL);
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    EXPECT_EQ(failure(*picture), "the file has changed since it was opened");
+    EXPECT_EQ(failure(*image), "the file has changed since it was opened");
 }
 
 TEST(DecoderPool, HasAtMostAsManyDecodersAsItMay) {
     DecoderPool pool(options(3));
-    std::vector<Picture> pictures;
-    for (int i = 0; i < 8; ++i) pictures.push_back(open(pool, fmt::format("plain/{}", i)));
+    std::vector<Image> images;
+    for (int i = 0; i < 8; ++i) images.push_back(open(pool, fmt::format("plain/{}", i)));
     EXPECT_EQ(pool.processes().size(), 1u + 3u);
-    for (int i = 0; i < 8; ++i) expect_right(*pictures[size_t(i)], fmt::format("plain/{}", i));
+    for (int i = 0; i < 8; ++i) expect_right(*images[size_t(i)], fmt::format("plain/{}", i));
 }
 
 TEST(DecoderPool, ThreadsReadAtTheSameTime) {
@@ -382,10 +382,10 @@ TEST(DecoderPool, ThreadsReadAtTheSameTime) {
     for (int i = 0; i < 8; ++i)
         threads.emplace_back([&pool, i] {
             const std::string asset = fmt::format("plain/{}", i);
-            const Picture picture = open(pool, asset);
-            for (int y = 0; y < 1000; y += 100) expect_right(*picture, asset, y, y + 100);
+            const Image image = open(pool, asset);
+            for (int y = 0; y < 1000; y += 100) expect_right(*image, asset, y, y + 100);
             EXPECT_NE(failure(*open(pool, fmt::format("segv/{}", i))), "");
-            expect_right(*picture, asset);
+            expect_right(*image, asset);
         });
     for (std::thread& thread : threads) thread.join();
 }
@@ -399,8 +399,8 @@ TEST(DecoderPool, LeavesNothingBehind) {
         const size_t files_of_one = open_files();
         const pid_t fork_server = pool.processes().at(0);
         for (int i = 0; i < 200; ++i) {
-            const Picture picture = open(pool, fmt::format("plain/{}", i));
-            expect_right(*picture, fmt::format("plain/{}", i), 0, 2);
+            const Image image = open(pool, fmt::format("plain/{}", i));
+            expect_right(*image, fmt::format("plain/{}", i), 0, 2);
             if (i % 10 != 0) continue;
             EXPECT_NE(failure(*open(pool, fmt::format("segv/{}", i))), "");
         }
@@ -420,7 +420,7 @@ TEST(DecoderPool, EndsWithARendererThatIsKilled) {
     const pid_t renderer = ::fork();
     if (renderer == 0) {
         DecoderPool pool(options(2));
-        const Picture one = open(pool, "plain"), stopped = open(pool, "stop");
+        const Image one = open(pool, "plain"), stopped = open(pool, "stop");
         std::thread([&] { (void)failure(*stopped); }).detach();
         const std::vector<pid_t> processes = pool.processes();
         (void)!::write(ends_of_pipe[1], processes.data(), processes.size() * sizeof(pid_t));
@@ -438,18 +438,19 @@ TEST(DecoderPool, EndsWithARendererThatIsKilled) {
 TEST(DecoderPool, WithoutItsProgramItReadsNothing) {
     DecoderPool lone(other_program("/nowhere/velatura-decoder"));
     for (int i = 0; i < 2; ++i) {
-        const Result<Picture> opened = lone.open("plain", PictureUse::Texture);
+        const Result<Image> opened = lone.open("plain", ImageUse::Texture);
         ASSERT_FALSE(opened);
         EXPECT_EQ(opened.error().message,
                   "the decoder program /nowhere/velatura-decoder is missing: No such file or "
                   "directory");
     }
     DecoderPool wrong(other_program("/bin/true"));
-    EXPECT_EQ(wrong.open("plain", PictureUse::Texture).error().message,
-              "the decoder program /bin/true cannot be started: it says nothing, or is of another "
-              "version");
+    EXPECT_EQ(
+        wrong.open("plain", ImageUse::Texture).error().message,
+        "the decoder program /bin/true cannot be started: it does not respond, or is of another "
+        "version");
     DecoderPool text(other_program("/etc/hostname"));
-    EXPECT_FALSE(text.open("plain", PictureUse::Texture));
+    EXPECT_FALSE(text.open("plain", ImageUse::Texture));
     EXPECT_TRUE(children_of({::getpid()}).empty());
 }
 

@@ -50,8 +50,8 @@ TEST(Reply, IsTheAnswerToItsRequestAndOfTheLengthAskedFor) {
     EXPECT_FALSE(payload_length(request, {600, 600}, whole + "x", area));
 }
 
-PictureSpec some_spec() {
-    PictureSpec spec;
+SourceSpec some_spec() {
+    SourceSpec spec;
     spec.levels.resize(3);
     for (LevelSpec& level : spec.levels) level.width = level.channels = 5;
     spec.levels[1].stored = StoredAs::Half;
@@ -62,8 +62,8 @@ PictureSpec some_spec() {
 }
 
 TEST(Spec, SurvivesItsBytes) {
-    const PictureSpec spec = some_spec();
-    const Result<PictureSpec> read = spec_of(spec_bytes(spec));
+    const SourceSpec spec = some_spec();
+    const Result<SourceSpec> read = spec_of(spec_bytes(spec));
     ASSERT_TRUE(read);
     EXPECT_EQ(*read, spec);
 }
@@ -74,7 +74,7 @@ TEST(Spec, CutOrLongerOnesAreRefused) {
         EXPECT_FALSE(spec_of(std::string_view(whole).substr(0, size))) << size;
     EXPECT_FALSE(spec_of(whole + '\0'));
     EXPECT_FALSE(spec_of(std::string("\xff\xff\xff\x7f", 4) + whole.substr(4)));
-    PictureSpec none = some_spec();
+    SourceSpec none = some_spec();
     none.levels.clear();
     EXPECT_FALSE(spec_of(spec_bytes(none)));
 }
@@ -89,7 +89,7 @@ TEST(Spec, MutantsAreSpecsOrRefused) {
             const uint64_t dice = mix64(seed * 3 + i + 1);
             mutant[dice % mutant.size()] = char(dice >> 32);
         }
-        const Result<PictureSpec> spec = spec_of(mutant);
+        const Result<SourceSpec> spec = spec_of(mutant);
         if (!spec) continue;
         ++read;
         ASSERT_EQ(spec_bytes(*spec), mutant);
@@ -128,7 +128,7 @@ TEST(PlainReason, HasNoControlCharactersAndIsUtf8) {
     EXPECT_EQ(plain_reason("\xed\xa0\x80x"), "   x");
     EXPECT_EQ(plain_reason("\xf4\x90\x80\x80x"), "    x");
     EXPECT_EQ(plain_reason("\xc2\x9bx"), "  x");
-    EXPECT_EQ(plain_reason(std::string(5000, 'x')).size(), most_reason_bytes);
+    EXPECT_EQ(plain_reason(std::string(5000, 'x')).size(), max_reason_bytes);
 }
 
 }  // namespace

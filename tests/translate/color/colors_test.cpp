@@ -263,7 +263,7 @@ TEST(Colors, LightsOutsideTheGamutAreClippedAndNamed) {
     EXPECT_EQ(t.count("color-outside-gamut"), 1u);
 }
 
-TEST(Colors, PicturesTakeTheSpaceThatIsNamedNearest) {
+TEST(Colors, ImagesTakeTheSpaceThatIsNamedNearest) {
     struct Case {
         const char* inputs;
         scene::SourceColorSpace curve;
@@ -332,7 +332,7 @@ TEST(Colors, ConfigurationsAreNotRead) {
     }
 }
 
-TEST(Colors, PicturesOfLightsHaveASpace) {
+TEST(Colors, ImagesOfLightsHaveASpace) {
     Translated t;
     translate_text(camera() +
                        "def DomeLight \"D\" { asset inputs:texture:file = @none.exr@ "

@@ -47,12 +47,12 @@ scene::Mesh mesh_of(std::vector<Vec3> points,
     return mesh;
 }
 
-/// A box of six faces that share no point; the last `left_out` of them are not there.
-scene::Mesh loose_box(size_t left_out = 0, float shift = 0.0f) {
+/// A box of six faces that share no point; the last `omitted` of them are not there.
+scene::Mesh loose_box(size_t omitted = 0, float shift = 0.0f) {
     scene::Mesh mesh;
     const int faces[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
                              {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
-    for (size_t f = 0; f < 6 - left_out; ++f) {
+    for (size_t f = 0; f < 6 - omitted; ++f) {
         mesh.face_vertex_counts.push_back(4);
         for (const int corner : faces[f]) {
             mesh.face_vertex_indices.push_back(uint32_t(mesh.points.size()));

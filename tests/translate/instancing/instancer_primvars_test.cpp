@@ -17,7 +17,7 @@ namespace {
 
 using Row = std::vector<float>;
 
-/// A material whose colour is the primvar `tint`.
+/// A material whose color is the primvar `tint`.
 const std::string tinted = R"(
 def Material "M" {
     token outputs:surface.connect = </M/S.outputs:surface>
@@ -98,8 +98,8 @@ TEST(InstancerPrimvars, GoToTheInstanceThatTheyAreOf) {
         for (const char* code : {"bad-primvar", "missing-primvar", "unsupported-primvar"})
             EXPECT_EQ(t.messages(code), "");
         ASSERT_EQ(t.scene.instances.size(), c.instances);
-        EXPECT_EQ(t.handed_down(0, "tint"), c.first);
-        EXPECT_EQ(t.handed_down(c.instances - 1, "tint"), c.last);
+        EXPECT_EQ(t.inherited(0, "tint"), c.first);
+        EXPECT_EQ(t.inherited(c.instances - 1, "tint"), c.last);
     }
 }
 
@@ -110,7 +110,7 @@ TEST(InstancerPrimvars, OfATimeAreThoseOfIt) {
                        "[(1,0,0),(0,1,0),(0,0,1)] }\nuniform token primvars:x = \"\"\n"
                        "color3f[] primvars:tint (interpolation = \"vertex\")\n"),
                  t);
-    EXPECT_EQ(t.handed_down(2, "tint"), (Row{0, 0, 0.5f}));
+    EXPECT_EQ(t.inherited(2, "tint"), (Row{0, 0, 0.5f}));
 }
 
 TEST(InstancerPrimvars, ThatNothingReadsAreNotKept) {
@@ -177,7 +177,7 @@ TEST(InstancerPrimvars, ThatDoNotFitFallBackWithAMessage) {
         translate_text(three(c.lines), t);
         ASSERT_EQ(t.scene.instances.size(), 3u);
         EXPECT_EQ(t.messages(c.code), c.message);
-        EXPECT_EQ(t.handed_down(2, "tint"), c.value);
+        EXPECT_EQ(t.inherited(2, "tint"), c.value);
         EXPECT_EQ(t.count("missing-primvar"), 0u) << "its own fault is reported";
     }
 }
@@ -209,17 +209,17 @@ def PointInstancer "Outer" {
     translate_text(nested(""), outer);
     ASSERT_EQ(outer.scene.instances.size(), 6u);
     std::multiset<Row> colors;
-    for (size_t i = 0; i < 6; ++i) colors.insert(outer.handed_down(i, "tint"));
-    const Row grey = {0.5f, 0.5f, 0.5f};
+    for (size_t i = 0; i < 6; ++i) colors.insert(outer.inherited(i, "tint"));
+    const Row gray = {0.5f, 0.5f, 0.5f};
     EXPECT_EQ(colors.count({1, 0, 0}), 2u);
     EXPECT_EQ(colors.count({0, 1, 0}), 2u);
-    EXPECT_EQ(colors.count(grey), 2u) << "what is inherited from above the prototype is further";
+    EXPECT_EQ(colors.count(gray), 2u) << "what is inherited from above the prototype is further";
     translate_text(
         nested("color3f[] primvars:tint = [(0,0,1),(0,1,1)] (interpolation = \"vertex\")\n"),
         inner);
     ASSERT_EQ(inner.scene.instances.size(), 6u);
     colors.clear();
-    for (size_t i = 0; i < 6; ++i) colors.insert(inner.handed_down(i, "tint"));
+    for (size_t i = 0; i < 6; ++i) colors.insert(inner.inherited(i, "tint"));
     EXPECT_EQ(colors.count({0, 0, 1}), 3u);
     EXPECT_EQ(colors.count({0, 1, 1}), 3u);
 }

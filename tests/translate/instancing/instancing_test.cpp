@@ -61,7 +61,7 @@ TEST(NativeInstancing, SharesOnePrototypeAndPlacesItsLights) {
     EXPECT_EQ(t.scene.lights[0].group, t.scene.lights[1].group);
 }
 
-TEST(NativeInstancing, DifferentInheritedColourNeedsItsOwnPrototype) {
+TEST(NativeInstancing, DifferentInheritedColorNeedsItsOwnPrototype) {
     Translated t;
     translate_text(
         lamp_instances(
@@ -348,7 +348,7 @@ TEST(Instancing, LargeFlatMeshesAreFewer) {
     }
 }
 
-TEST(PointInstancer, PlacesScalesRotatesHidesAndColours) {
+TEST(PointInstancer, PlacesScalesRotatesHidesAndColors) {
     Translated t;
     translate_text(camera() + R"(
 def PointInstancer "P" (inactiveIds = [13]) {
@@ -379,7 +379,7 @@ def PointInstancer "P" (inactiveIds = [13]) {
     // The cube's own move of (0, 1, 0), scaled by 2, went from its shape into the instance
     EXPECT_EQ(position(t.scene.instances[0]), Vec3(101, 2, 0));
     EXPECT_EQ(t.scene.instances[0].render_from_prototype[1][1], 2.0f);
-    EXPECT_EQ(t.handed_down(1, "displayColor"), (std::vector<float>{0, 0, 1}));
+    EXPECT_EQ(t.inherited(1, "displayColor"), (std::vector<float>{0, 0, 1}));
     // Scale (1, 3, 1), then a quarter turn about z: the prototype's y goes to −3x
     const Mat4& m = t.scene.instances[1].render_from_prototype;
     EXPECT_NEAR(m[1][0], -3.0f, 1e-3f);
@@ -403,7 +403,7 @@ def PointInstancer "P" {
     EXPECT_EQ(t.scene.instances.size(), 1u);
     ASSERT_EQ(t.scene.shapes.size(), 1u);
     EXPECT_EQ(t.mesh(0).points[2], Vec3(2, 1, 0));
-    // The colour of the instance follows it
+    // The color of the instance follows it
     ASSERT_EQ(t.mesh(0).primvars.size(), 1u);
     EXPECT_EQ(t.scene.primvar_names[t.mesh(0).primvars[0].name], "displayColor");
     EXPECT_EQ(t.mesh(0).primvars[0].values, (std::vector<float>{1, 0, 0}));

@@ -86,7 +86,7 @@ TEST(LightAreas, ScaleExactlyByPowersOfTwo) {
     }
 }
 
-TEST(Lights, RadianceIsIntensityTimesExposureTimesColour) {
+TEST(Lights, RadianceIsIntensityTimesExposureTimesColor) {
     const scene::Light l = light(
         "RectLight",
         "float inputs:intensity = 3\nfloat inputs:exposure = 2\n"
@@ -213,7 +213,7 @@ TEST(Lights, DistantNormalizeGivesLux) {
 
 namespace {
 
-/// Gaussian with a width for each side, in nanometres.
+/// Gaussian with a width for each side, in nanometers.
 double lobe(double x, double peak, double inverse_left, double inverse_right) {
     const double t = (x - peak) * (x < peak ? inverse_left : inverse_right);
     return std::exp(-0.5 * t * t);
@@ -352,7 +352,7 @@ TEST(Lights, AnyLightPrimKeepsTheDomeAway) {
     }
 }
 
-TEST(Lights, WhatIsNotHonouredIsNamed) {
+TEST(Lights, WhatIsNotHonoredIsNamed) {
     Translated t;
     translate_text(camera() + R"(
 def SphereLight "L" (prepend apiSchemas = ["ShapingAPI", "ShadowAPI"]) {

@@ -72,7 +72,7 @@ TEST(MeshLights, ReadTheInputsOfLightApi) {
     EXPECT_EQ(light.specular_multiplier, 0.25f);
     EXPECT_TRUE(light.shaping.is_active);
     EXPECT_EQ(light.shaping.cone_angle_deg, 30.0f);
-    EXPECT_EQ(light.holder_from_light[3][2], -3.0);
+    EXPECT_EQ(light.parent_from_light[3][2], -3.0);
     EXPECT_EQ(light.name, "/Lamp");
     ASSERT_EQ(t.scene.groups.size(), 2u);
     EXPECT_EQ(t.scene.groups[light.group].name, "key");
@@ -107,7 +107,7 @@ TEST(MeshLights, FollowTheirMaterialAsTheModeSays) {
         translate_lamp(std::string(c.schema) + ", \"MaterialBindingAPI\"", c.body, t);
         ASSERT_EQ(t.scene.mesh_lights.size(), 1u) << c.schema << c.body;
         EXPECT_EQ(t.diagnostics.warning_count(), 0u) << c.schema << c.body;
-        EXPECT_EQ(t.scene.mesh_lights[0].is_tinted_by_glow, c.is_tinted) << c.schema << c.body;
+        EXPECT_EQ(t.scene.mesh_lights[0].is_tinted_by_emission, c.is_tinted) << c.schema << c.body;
         EXPECT_EQ(t.scene.mesh_lights[0].shows_material, c.shows_material) << c.schema << c.body;
         const scene::Material& material = t.scene.materials[t.scene.shapes[0].material];
         if (c.shows_material) {
@@ -135,7 +135,7 @@ TEST(MeshLights, SubsetsGiveTheGlowFaceByFace) {
     EXPECT_EQ(t.diagnostics.warning_count(), 0u);
     ASSERT_EQ(t.scene.mesh_lights.size(), 1u);
     EXPECT_EQ(t.mesh(0).face_materials.size(), 1u);
-    EXPECT_TRUE(t.scene.mesh_lights[0].is_tinted_by_glow);
+    EXPECT_TRUE(t.scene.mesh_lights[0].is_tinted_by_emission);
 
     Translated black;
     translate_lamp("\"LightAPI\", \"MaterialBindingAPI\"", body, black);
@@ -199,8 +199,8 @@ TEST(MeshLights, FlattenedInstancesKeepTheAxisOfTheirShaping) {
     ASSERT_EQ(t.scene.shapes.size(), 1u);
     ASSERT_NE(t.scene.shapes[0].light, scene::none);
     const scene::MeshLight& light = t.scene.mesh_lights[t.scene.shapes[0].light];
-    EXPECT_EQ(light.holder_from_light[3][2], -5.0);
-    EXPECT_EQ(light.holder_from_light[2][2], 0.0);
+    EXPECT_EQ(light.parent_from_light[3][2], -5.0);
+    EXPECT_EQ(light.parent_from_light[2][2], 0.0);
     EXPECT_EQ(t.scene.groups[light.group].name, "Lamp");
 }
 

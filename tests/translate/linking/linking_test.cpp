@@ -271,7 +271,7 @@ def Mesh "M" {
     }
 }
 )";
-    // By the first component of each face's colour: 1, 2, 3
+    // By the first component of each face's color: 1, 2, 3
     const auto faces = [&](const std::string& body) {
         Translated t;
         translate_text(camera() + mesh + light("L", body), t);
@@ -323,10 +323,10 @@ def Xform "B" (instanceable = true
 
 TEST(Shadows, AreReadAsTheSchemaSays) {
     const scene::LightLinks plain = links("");
-    EXPECT_FALSE(plain.has_own_shadows());
+    EXPECT_FALSE(plain.has_custom_shadows());
     EXPECT_FALSE(links("bool inputs:shadow:enable = 1\nfloat inputs:shadow:distance = -1\n"
                        "float inputs:shadow:falloff = 3\ncolor3f inputs:shadow:color = (0, 0, 0)")
-                     .has_own_shadows())
+                     .has_custom_shadows())
         << "a falloff requires a distance";
     const scene::LightLinks far = links("float inputs:shadow:distance = 4");
     EXPECT_EQ(far.shadow_distance, 4.0f);
@@ -341,7 +341,7 @@ TEST(Shadows, AreReadAsTheSchemaSays) {
         links("float inputs:shadow:distance = 4\nfloat inputs:shadow:falloff = 9").shadow_falloff,
         4.0f)
         << "the zone cannot exceed the distance";
-    EXPECT_TRUE(links("float inputs:shadow:distance = 0").has_own_shadows());
+    EXPECT_TRUE(links("float inputs:shadow:distance = 0").has_custom_shadows());
     // Without shadows the rest says nothing
     const scene::LightLinks off = links(
         "bool inputs:shadow:enable = 0\n"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shaders of fibres.
+// Shaders of fibers.
 #include "translate/support.h"
 
 #include <gtest/gtest.h>
@@ -107,7 +107,7 @@ TEST(Hair, ColorsVaryByStrand) {
     EXPECT_EQ(std::get<scene::Curves>(t.scene.shapes.at(0).geometry).primvars.size(), 1u);
 }
 
-TEST(Hair, SaysWhatItCannotHonour) {
+TEST(Hair, SaysWhatItCannotHonor) {
     Translated t;
     translate_text(camera() +
                        hair("float inputs:eumelanin = -1\ncolor3f inputs:color = (2, 0, 0)\n"

@@ -48,8 +48,8 @@ TEST(BodyMatter, WithoutASurfaceIsABareBody) {
         ASSERT_EQ(t.scene.materials.size(), 1u) << name;
         const scene::Material& m = t.scene.materials[0];
         EXPECT_TRUE(m.is_bare);
-        EXPECT_TRUE(scene::scatters_inside(m) && scene::may_absorb(m));
-        const scene::Matter inside = scene::matter_inside(m);
+        EXPECT_TRUE(scene::scatters_inside(m) && scene::can_absorb(m));
+        const scene::MediumProperties inside = scene::medium_properties_inside(m);
         expect_rgb(inside.absorption, 0.1, 0.2, 0.3);
         expect_rgb(inside.scattering, 1, 2, 3);
         EXPECT_EQ(inside.anisotropy, 0.4f);
@@ -67,7 +67,7 @@ TEST(BodyMatter, FillsWhatItsSurfaceBounds) {
     ASSERT_EQ(t.scene.materials.size(), 1u);
     EXPECT_FALSE(t.scene.materials[0].is_bare);
     EXPECT_EQ(t.scene.materials[0].ior.value.x, 1.5f);
-    expect_rgb(scene::matter_inside(t.scene.materials[0]).scattering, 1, 2, 3);
+    expect_rgb(scene::medium_properties_inside(t.scene.materials[0]).scattering, 1, 2, 3);
     // What lets no light in has no inside to be seen
     Translated opaque;
     translate_material(
@@ -82,9 +82,9 @@ TEST(BodyMatter, AbsorptionAloneScattersNothing) {
                            shader("V", "ND_absorption_vdf", "float3 inputs:absorption = (1, 2, 4)"),
                        t);
     const scene::Material& m = t.scene.materials[0];
-    EXPECT_TRUE(scene::may_absorb(m));
+    EXPECT_TRUE(scene::can_absorb(m));
     EXPECT_FALSE(scene::scatters_inside(m));
-    expect_rgb(scene::matter_inside(m).absorption, 1, 2, 4);
+    expect_rgb(scene::medium_properties_inside(m).absorption, 1, 2, 4);
 }
 
 TEST(BodyMatter, WhatCannotFillABodyIsNamed) {
@@ -122,9 +122,10 @@ TEST(BodyMatter, WhatCannotFillABodyIsNamed) {
 }
 
 /// What is inside of a surface shader of these inputs.
-scene::Matter inside_of(const std::string& id, const std::string& inputs, Translated& t) {
+scene::MediumProperties inside_of(const std::string& id, const std::string& inputs, Translated& t) {
     translate_material(output("mtlx:surface", "S") + shader("S", id, inputs), t);
-    return t.scene.materials.empty() ? scene::Matter() : scene::matter_inside(t.scene.materials[0]);
+    return t.scene.materials.empty() ? scene::MediumProperties()
+                                     : scene::medium_properties_inside(t.scene.materials[0]);
 }
 
 TEST(BodyMatter, OfTransmissionIsThatOfOpenPbr) {
@@ -135,7 +136,7 @@ TEST(BodyMatter, OfTransmissionIsThatOfOpenPbr) {
                                        ? "float inputs:transmission = 1\n"
                                        : "float inputs:transmission_weight = 1\n";
         Translated t;
-        const scene::Matter inside =
+        const scene::MediumProperties inside =
             inside_of(id,
                       weight +
                           "color3f inputs:transmission_color = (0.1, 0.4, 0.5)\n"
@@ -149,9 +150,9 @@ TEST(BodyMatter, OfTransmissionIsThatOfOpenPbr) {
         EXPECT_EQ(inside.anisotropy, 0.25f);
         EXPECT_EQ(t.count("unsupported-input"), 0u);
 
-        // More is scattered than the colour loses: absorption is shifted until none is below 0
+        // More is scattered than the color loses: absorption is shifted until none is below 0
         Translated shifted;
-        const scene::Matter white =
+        const scene::MediumProperties white =
             inside_of(id,
                       weight +
                           "float inputs:transmission_depth = 2\n"
@@ -164,17 +165,18 @@ TEST(BodyMatter, OfTransmissionIsThatOfOpenPbr) {
 
 TEST(BodyMatter, OfTransmissionNeedsADepth) {
     Translated t;
-    const scene::Matter inside = inside_of("ND_open_pbr_surface_surfaceshader",
-                                           "float inputs:transmission_weight = 1\n"
-                                           "color3f inputs:transmission_scatter = (1, 1, 1)",
-                                           t);
+    const scene::MediumProperties inside =
+        inside_of("ND_open_pbr_surface_surfaceshader",
+                  "float inputs:transmission_weight = 1\n"
+                  "color3f inputs:transmission_scatter = (1, 1, 1)",
+                  t);
     EXPECT_TRUE(is_black(inside.scattering));
     EXPECT_EQ(t.count("needs-depth"), 1u);
 }
 
 TEST(BodyMatter, OfVelaturasOwnInputs) {
     Translated t;
-    const scene::Matter inside =
+    const scene::MediumProperties inside =
         inside_of("UsdPreviewSurface",
                   "float inputs:opacity = 0\n"
                   "float inputs:velatura:transmissionDepth = 0.5\n"

@@ -384,7 +384,7 @@ def Mesh "Q" {
     EXPECT_EQ(t.scene.materials[t.mesh(0).face_materials[1]].name, "/M/B");
 }
 
-TEST(Materials, DisplayColourIsInheritedWhenConstant) {
+TEST(Materials, DisplayColorIsInheritedWhenConstant) {
     Translated t;
     translate_text(camera() +
                        "def Xform \"W\" {\ncolor3f[] primvars:displayColor = [(0.5, 0.25, 1)]\n" +
@@ -481,8 +481,8 @@ TEST(Materials, ScatterBelowTheSurface) {
     EXPECT_EQ(material_of(t, 1).subsurface_color->value, Rgb(0.9f, 0.6f, 0.5f));
     EXPECT_EQ(t.count("material-out-of-range"), 2u);
     EXPECT_EQ(t.count("needs-body"), 1u);
-    EXPECT_TRUE(scene::may_scatter_below(material_of(t, 0)));
-    EXPECT_FALSE(scene::may_scatter_below(material_of(t, 1)));
+    EXPECT_TRUE(scene::can_scatter_below(material_of(t, 0)));
+    EXPECT_FALSE(scene::can_scatter_below(material_of(t, 1)));
 }
 
 }  // namespace velatura::translate::materials

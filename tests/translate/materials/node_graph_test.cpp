@@ -49,7 +49,7 @@ std::string shader(const std::string& name,
                        id, inputs, outputs);
 }
 
-/// A colour that can be a constant.
+/// A color that can be a constant.
 struct E {
     constexpr explicit E(float v) : c{v, v, v} {}
 
@@ -321,17 +321,17 @@ TEST(NodeGraph, NamesAreTakenApart) {
     EXPECT_EQ(width_of_type("surfaceshader"), 0);
 }
 
-std::string picture(const std::string& name, const std::string& extra = "") {
+std::string image(const std::string& name, const std::string& extra = "") {
     return shader(name, "ND_image_color3",
                   "asset inputs:file = @none.png@ (colorSpace = \"srgb_texture\")\n" + extra);
 }
 
-// 1·x + 0 of a picture is the picture: it takes the way that UsdPreviewSurface takes
+// 1·x + 0 of an image is the image: it takes the way that UsdPreviewSurface takes
 TEST(NodeGraph, WhatComesDownToATextureIsOne) {
     Translated t;
     translate_text(
         stage_of(
-            picture("p") +
+            image("p") +
                 shader("one", "ND_multiply_color3",
                        "color3f inputs:in1.connect = </Mat/p.outputs:out>\ncolor3f inputs:in2 = "
                        "(1, 1, 1)") +
@@ -395,14 +395,14 @@ TEST(NodeGraph, NodesThatShareANameHaveTheirOwnDefaults) {
     EXPECT_EQ(marked.st_constant, Vec2(2.0f, 3.0f));
 }
 
-TEST(NodeGraph, PlacesOfPicturesAreOneMatrix) {
+TEST(NodeGraph, PlacesOfImagesAreOneMatrix) {
     Translated t;
     translate_text(
         stage_of(shader("place", "ND_place2d_vector2",
                         "float2 inputs:pivot = (0.5, 0.5)\nfloat2 inputs:scale = (2, 4)\nfloat "
                         "inputs:rotate = 90\nfloat2 inputs:offset = (0.1, 0.2)",
                         "float2 outputs:out") +
-                     picture("n", "float2 inputs:texcoord.connect = </Mat/place.outputs:out>"),
+                     image("n", "float2 inputs:texcoord.connect = </Mat/place.outputs:out>"),
                  "color3f inputs:diffuseColor.connect = </Mat/n.outputs:out>"),
         t);
     ASSERT_EQ(t.scene.materials.size(), 1u) << t.error_message;
@@ -435,7 +435,7 @@ TEST(NodeGraph, NormalMapsAreDecodedByTheirTexture) {
     const scene::Input& n = t.scene.materials[0].normal;
     ASSERT_EQ(n.source, Source::Texture);
     const scene::Texture& x = t.scene.textures[n.texture];
-    EXPECT_EQ(x.colors.curve, scene::SourceColorSpace::Raw) << "vectors have no colour space";
+    EXPECT_EQ(x.colors.curve, scene::SourceColorSpace::Raw) << "vectors have no color space";
     EXPECT_EQ(x.scale[0], 1.0f);
     EXPECT_EQ(x.bias[1], -0.5f);
     EXPECT_EQ(x.scale[2], 2.0f);

@@ -43,13 +43,13 @@ TEST(NodeSurface, StandardSurfaceHasItsDefaults) {
     EXPECT_EQ(m.roughness.value.x, 0.2f);
     EXPECT_EQ(m.ior.value.x, 1.5f);
     EXPECT_EQ(m.extras->specular_tint.value, Rgb(1.0f));
-    EXPECT_FALSE(scene::may_transmit(m) || scene::may_cut(m) || scene::is_emissive(m));
-    EXPECT_FALSE(scene::may_have_sheen(m) || scene::may_have_rough_base(m));
+    EXPECT_FALSE(scene::can_transmit(m) || scene::can_cut(m) || scene::is_emissive(m));
+    EXPECT_FALSE(scene::can_have_sheen(m) || scene::can_have_rough_base(m));
     EXPECT_EQ(t.count("unsupported-input") + t.count("unknown-shader-input"), 0u);
     EXPECT_TRUE(t.scene.patterns.empty());
 }
 
-TEST(NodeSurface, WeightsAndColoursAreMultiplied) {
+TEST(NodeSurface, WeightsAndColorsAreMultiplied) {
     Translated t;
     translate_surface(standard,
                       "float inputs:base = 0.5\ncolor3f inputs:base_color = (0.2, 0.4, 0.6)\n"
@@ -62,7 +62,7 @@ TEST(NodeSurface, WeightsAndColoursAreMultiplied) {
                       "float inputs:diffuse_roughness = 0.3\nfloat inputs:coat_IOR = 1.7",
                       t);
     const scene::Material& m = t.scene.materials[0];
-    // What is below the coat is tinted by mix(1, coat_color, coat), colours to the power of
+    // What is below the coat is tinted by mix(1, coat_color, coat), colors to the power of
     // 1 + coat · coat_affect_color = 2
     EXPECT_NEAR(m.diffuse_color.value.x, 0.2f * 0.2f * 0.5f * 0.8f, 1e-6f);
     EXPECT_NEAR(m.diffuse_color.value.z, 0.6f * 0.6f * 0.5f, 1e-6f);
@@ -105,20 +105,20 @@ TEST(NodeSurface, GlassAbsorbsOrTints) {
         "float inputs:transmission_depth = 2\nfloat inputs:specular_IOR = 1.33",
         t);
     const scene::Material& m = t.scene.materials[0];
-    EXPECT_TRUE(scene::may_absorb(m));
+    EXPECT_TRUE(scene::can_absorb(m));
     EXPECT_EQ(m.opacity.value.x, 0.0f);
     EXPECT_EQ(m.ior.value.x, 1.33f);
     EXPECT_EQ(m.transmission_depth, 2.0f);
     EXPECT_TRUE(m.rough_transmission);
     Translated metal;
     translate_surface(standard, "float inputs:transmission = 1\nfloat inputs:metalness = 1", metal);
-    EXPECT_FALSE(scene::may_transmit(metal.scene.materials[0]));
+    EXPECT_FALSE(scene::can_transmit(metal.scene.materials[0]));
 }
 
 TEST(NodeSurface, OpacityCutsHoles) {
     Translated t;
     translate_surface(standard, "color3f inputs:opacity = (0.5, 0.5, 0.5)", t);
-    EXPECT_TRUE(scene::may_cut(t.scene.materials[0]));
+    EXPECT_TRUE(scene::can_cut(t.scene.materials[0]));
     EXPECT_NEAR(t.scene.materials[0].opacity.value.x, 0.5f, 1e-6f);
     Translated both;
     translate_surface(
@@ -135,7 +135,7 @@ TEST(NodeSurface, MetalMeetsItsModelAtTwoAngles) {
         "float inputs:base_metalness = 1\ncolor3f inputs:base_color = (0.9, 0.5, 0.2)\n"
         "color3f inputs:specular_color = (1, 0.9, 0.8)",
         t);
-    const scene::SurfaceExtras& x = *t.scene.materials[0].extras;
+    const scene::MaterialXInputs& x = *t.scene.materials[0].extras;
     const double base[3] = {0.9, 0.5, 0.2}, edge[3] = {1, 0.9, 0.8};
     for (int c = 0; c < 3; ++c) {
         const double f0 = double(x.metal_f0.value[c]), f90 = double(x.metal_f90.value[c]);
@@ -153,7 +153,7 @@ TEST(NodeSurface, MetalMeetsItsModelAtTwoAngles) {
     const double k2 = ((n + 1) * (n + 1) * r - (n - 1) * (n - 1)) / (1 - r), sq = n * n + k2;
     const double rs = (sq - 2 * n * c + c * c) / (sq + 2 * n * c + c * c);
     const double rp = (sq * c * c - 2 * n * c + 1) / (sq * c * c + 2 * n * c + 1);
-    const scene::SurfaceExtras& y = *s.scene.materials[0].extras;
+    const scene::MaterialXInputs& y = *s.scene.materials[0].extras;
     EXPECT_NEAR(double(y.metal_f0.value.x), r, 1e-6);
     EXPECT_NEAR(r + (double(y.metal_f90.value.x) - r) * weight, (rs + rp) / 2, 1e-4);
     // metal_edgecolor of standard_surface.mtlx: specular is in it
@@ -174,7 +174,7 @@ TEST(NodeSurface, OpenPbrWeighsTheIndex) {
     const scene::Material& m = t.scene.materials[0];
     const double ior = double(m.ior.value.x), r = (ior - 1) / (ior + 1);
     EXPECT_NEAR(r * r, 0.25 * 0.04, 1e-6);
-    EXPECT_TRUE(scene::may_have_sheen(m));
+    EXPECT_TRUE(scene::can_have_sheen(m));
     EXPECT_EQ(m.emissive_color.value.x, 4.0f);
     EXPECT_EQ(m.roughness.value.x, 0.3f);
     EXPECT_EQ(t.diagnostics.warning_count(), 0u);
@@ -205,7 +205,7 @@ TEST(NodeSurface, SubsurfaceHasItsRadius) {
         "float inputs:subsurface_anisotropy = 0.3\ncolor3f inputs:base_color = (0.1, 0.1, 0.1)",
         t);
     const scene::Material& m = t.scene.materials[0];
-    EXPECT_TRUE(scene::may_scatter_below(m));
+    EXPECT_TRUE(scene::can_scatter_below(m));
     EXPECT_EQ(m.subsurface.value.x, 0.4f);
     EXPECT_EQ(m.subsurface_color->value, Rgb(0.9f, 0.5f, 0.2f));
     EXPECT_NEAR(m.subsurface_radius.value.y, 0.1f, 1e-7f);

@@ -107,7 +107,7 @@ TEST(Volumes, HaveOpticsOfTheirOwn) {
     EXPECT_EQ(o.emission, Rgb(2.0f, 4.0f, 6.0f));
 }
 
-TEST(Volumes, TakeTheirColourFromDisplayColor) {
+TEST(Volumes, TakeTheirColorFromDisplayColor) {
     Translated t;
     translate_text(smoke("color3f[] primvars:displayColor = [(0.25, 0.5, 1)]"), t);
     expect_one(t);

@@ -5,7 +5,7 @@
 
 #include <limits>
 
-// Oracle: Pixar's user guide "USD Variable Expressions" and the behaviour it documents.
+// Oracle: Pixar's user guide "USD Variable Expressions" and the behavior it documents.
 
 namespace velatura::usd::layer {
 namespace {

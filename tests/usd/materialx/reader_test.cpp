@@ -51,18 +51,17 @@ TEST_F(MaterialXTest, AMaterialHasItsShaderInterfaceAndGraph) {
     ASSERT_TRUE(references);
     EXPECT_EQ(references->explicit_items[0].prim_path.to_string(),
               "/MaterialX/NodeGraphs/NG_brass");
-    const std::string picture = "/MaterialX/NodeGraphs/NG_brass/picture";
-    EXPECT_EQ(token(*layer, picture + ".info:id"), "ND_tiledimage_color3");
-    EXPECT_EQ(value(*layer, picture + ".inputs:file")->get_or(layer::AssetPath()).path,
-              "brass.jpg");
-    EXPECT_EQ(value(*layer, picture + ".inputs:uvtiling")->get_or(layer::Vec2f()),
+    const std::string image = "/MaterialX/NodeGraphs/NG_brass/picture";
+    EXPECT_EQ(token(*layer, image + ".info:id"), "ND_tiledimage_color3");
+    EXPECT_EQ(value(*layer, image + ".inputs:file")->get_or(layer::AssetPath()).path, "brass.jpg");
+    EXPECT_EQ(value(*layer, image + ".inputs:uvtiling")->get_or(layer::Vec2f()),
               layer::Vec2f(2, 3));
-    EXPECT_EQ(layer->field(layer::Path::from(picture + ".inputs:file"), layer::fields().color_space)
+    EXPECT_EQ(layer->field(layer::Path::from(image + ".inputs:file"), layer::fields().color_space)
                   ->get_or(layer::Token())
                   .str(),
               "srgb_texture");
     EXPECT_TRUE(diagnostics_.all().empty());
-    EXPECT_EQ(layer->spec(layer::Path::from(picture))->loc().line, 5u);
+    EXPECT_EQ(layer->spec(layer::Path::from(image))->loc().line, 5u);
 }
 
 /// UsdUVTexture has colors and numbers: what its input says of its own file counts, what the
