@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/command_line.h"
-#include "base/memory_limit.h"
+#include "base/process/memory_limit.h"
 #include "compositor/cli/command_outcome.h"
 #include "compositor/cli/commands.h"
 

@@ -2,7 +2,7 @@
 // velatura-comp-ui: the window that `velatura-comp ui` opens.
 #include "base/atomic_file.h"
 #include "base/command_line.h"
-#include "base/memory_limit.h"
+#include "base/process/memory_limit.h"
 #include "compositor/window/desktop.h"
 #include "compositor/window/glfw_window.h"
 #include "compositor/window/script_player.h"

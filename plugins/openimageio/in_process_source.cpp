@@ -2,7 +2,7 @@
 #include "plugins/openimageio/in_process_source.h"
 
 #include "base/limits.h"
-#include "base/mapping_guard.h"
+#include "base/process/mapping_guard.h"
 #include "plugins/openimageio/sandbox/messages.h"
 
 #include <OpenImageIO/imageio.h>
@@ -40,7 +40,7 @@ double level_bytes(const LevelSpec& level) {
 
 /// A program that survives files that are truncated while they are mapped has a handler for it; the
 /// plugin maps files too, and has its own list of them.
-void survive_lost_pages_as_the_program_does() {
+void survive_mapping_guard_as_the_program_does() {
     struct sigaction action {};
 
     if (::sigaction(SIGBUS, nullptr, &action) == 0 && (action.sa_flags & SA_SIGINFO) != 0)
@@ -48,7 +48,7 @@ void survive_lost_pages_as_the_program_does() {
 }
 
 /// Whether zeros stand for some bytes of this file, or of the package that it is in.
-bool has_lost_pages(const std::string& asset) {
+bool is_truncated(const std::string& asset) {
     const std::vector<std::string> files = truncated_files();
     return std::any_of(files.begin(), files.end(), [&](const std::string& file) {
         return asset == file || asset.starts_with(file + '[');
@@ -68,7 +68,7 @@ auto decode(const char* code, const std::string& asset, ImageUse use, const Deco
     -> decltype(step()) {
     try {
         decltype(step()) done = step();
-        if (has_lost_pages(asset)) return Error{code, "the file was truncated while it was read"};
+        if (is_truncated(asset)) return Error{code, "the file was truncated while it was read"};
         if (!done) return Error{code, plain_reason(done.error().message)};
         return done;
     } catch (const std::bad_alloc&) {
@@ -112,7 +112,7 @@ double decoder_bytes(const SourceSpec& spec) {
 
 InProcessSource::InProcessSource(ImageSource& decoder_processes)
     : decoder_processes_(decoder_processes), limit_bytes_(DecodeLimits().bytes) {
-    survive_lost_pages_as_the_program_does();
+    survive_mapping_guard_as_the_program_does();
     OIIO::attribute("threads", 1);
     // 0: the number of OpenEXR's threads, which the renderer shares, stays as it is
     OIIO::attribute("exr_threads", 0);

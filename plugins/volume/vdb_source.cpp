@@ -2,7 +2,7 @@
 #include "plugins/volume/vdb_source.h"
 
 #include "base/isolated.h"
-#include "base/process_limits.h"
+#include "base/process/process_limits.h"
 #include "plugins/volume/grid_bytes.h"
 #include "plugins/volume/grid_conversion.h"
 

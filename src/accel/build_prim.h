@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "base/large_pages.h"
+#include "base/process/large_pages.h"
 #include "base/tasks.h"
 
 #include <algorithm>

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "accel/ray_query.h"
-#include "base/large_pages.h"
 #include "base/math.h"
+#include "base/process/large_pages.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -6,7 +6,7 @@
 #include "app/plan_report.h"
 #include "app/stats.h"
 #include "base/atomic_file.h"
-#include "base/memory_limit.h"
+#include "base/process/memory_limit.h"
 #include "image/exr.h"
 
 #include <fmt/format.h>

@@ -2,8 +2,8 @@
 #include "app/limit_options.h"
 
 #include "app/parse_values.h"
-#include "base/memory_limit.h"
 #include "base/nearest_names.h"
+#include "base/process/memory_limit.h"
 #include "base/result.h"
 
 #include <fmt/format.h>

@@ -3,8 +3,8 @@
 #include "app/exit_codes.h"
 #include "app/missing_assets.h"
 #include "base/command_line.h"
-#include "base/mapping_guard.h"
-#include "base/memory_limit.h"
+#include "base/process/mapping_guard.h"
+#include "base/process/memory_limit.h"
 
 #include <fmt/format.h>
 
@@ -26,7 +26,7 @@ namespace {
 
 /// Reports the files that were truncated, or became unreadable, while they were read. Returns:
 /// whether there are any.
-bool report_lost_pages() {
+bool report_mapping_guard() {
     const std::vector<std::string> files = truncated_files();
     for (const std::string& file : files)
         fmt::print(
@@ -69,7 +69,7 @@ int run_command(int argc, char** argv) {
     }
     read_truncated_pages_as_zeros();
     const int code = exit_code_with_missing_assets(run ? run() : UsageError);
-    return report_lost_pages() ? worse_exit_code(code, RenderError) : code;
+    return report_mapping_guard() ? worse_exit_code(code, RenderError) : code;
 }
 
 }  // namespace

@@ -3,7 +3,7 @@
 
 #include "app/image_needs.h"
 #include "app/progress.h"
-#include "base/memory_limit.h"
+#include "base/process/memory_limit.h"
 #include "image/exr.h"
 
 #include <fmt/format.h>

@@ -4,7 +4,7 @@
 #include "app/exit_codes.h"
 #include "app/parse_values.h"
 #include "app/progress.h"
-#include "base/memory_limit.h"
+#include "base/process/memory_limit.h"
 
 #include <fmt/format.h>
 

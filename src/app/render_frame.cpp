@@ -14,8 +14,8 @@
 #include "app/resume.h"
 #include "app/stats.h"
 #include "app/stop_signals.h"
-#include "base/memory_limit.h"
 #include "base/output_lock.h"
+#include "base/process/memory_limit.h"
 #include "render/renderer.h"
 
 #include <fmt/format.h>

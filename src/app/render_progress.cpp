@@ -2,7 +2,7 @@
 #include "app/render_progress.h"
 
 #include "app/accuracy.h"
-#include "base/memory_limit.h"
+#include "base/process/memory_limit.h"
 
 namespace velatura::app {
 

@@ -3,7 +3,7 @@
 
 #include "app/frame_settings.h"
 #include "app/render_layers.h"
-#include "base/memory_limit.h"
+#include "base/process/memory_limit.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -5,7 +5,7 @@
 #include "app/accuracy.h"
 #include "app/plan_report.h"
 #include "app/progress.h"
-#include "base/memory_limit.h"
+#include "base/process/memory_limit.h"
 #include "base/tasks.h"
 #include "film/truncation.h"
 

@@ -3,8 +3,8 @@
 
 #include "base/asset_roots.h"
 #include "base/input_guard.h"
-#include "base/mapping_guard.h"
 #include "base/package_path.h"
+#include "base/process/mapping_guard.h"
 #include "base/zip_archive.h"
 
 #include <fmt/format.h>

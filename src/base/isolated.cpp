@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/isolated.h"
 
-#include "base/mapping_guard.h"
-#include "base/process_limits.h"
+#include "base/process/mapping_guard.h"
+#include "base/process/process_limits.h"
 
 #include <fmt/format.h>
 #include <poll.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/limits.h"
 
-#include "base/memory_limit.h"
+#include "base/process/memory_limit.h"
 
 namespace velatura {
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # find_package(velatura): static libraries velatura::compositor, velatura::layers, velatura::statistics, velatura::accumulate,
-# velatura::image, velatura::canvas, velatura::plugin, velatura::base.
+# velatura::image, velatura::canvas, velatura::plugin, velatura::base, velatura::base_process.
 include(CMakeFindDependencyMacro)
 find_dependency(Threads)
 find_dependency(Imath 3.1 CONFIG)

@@ -41,6 +41,8 @@ function(use_precompiled target name)
     $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds$<SEMICOLON>-Wno-stringop-overflow$<SEMICOLON>-Wno-stringop-overread>)
 endfunction()
 
+# Below base: no header of ours
+add_precompiled(standard HEADERS ${velatura_standard_headers})
 add_precompiled(base HEADERS ${velatura_standard_headers} <fmt/format.h> src/base/math.h src/base/result.h src/base/diagnostics.h
   LIBRARIES Imath::Imath fmt::fmt)
 add_precompiled(json HEADERS ${velatura_standard_headers} <fmt/format.h> <nlohmann/json.hpp> src/base/math.h src/base/result.h
@@ -53,6 +55,7 @@ add_precompiled(scene HEADERS ${velatura_standard_headers} <fmt/format.h> src/ba
   LIBRARIES Imath::Imath fmt::fmt)
 
 # The set of each tier
+set(velatura_set_of_base_process standard)
 foreach(tier base canvas sampling guiding plugin)
   set(velatura_set_of_${tier} base)
 endforeach()

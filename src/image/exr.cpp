@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "image/exr.h"
 
-#include "base/memory_limit.h"
+#include "base/process/memory_limit.h"
 #include "base/tasks.h"
 #include "image/exr_header.h"
 #include "image/exr_size.h"

@@ -2,7 +2,7 @@
 #include "plugin/registry.h"
 
 #include "base/atomic_file.h"
-#include "base/memory_limit.h"
+#include "base/process/memory_limit.h"
 #include "plugin/plugin_api.h"
 
 #include <dlfcn.h>

@@ -2,7 +2,7 @@
 #include "render/volume_loading.h"
 
 #include "base/asset_roots.h"
-#include "base/memory_limit.h"
+#include "base/process/memory_limit.h"
 #include "media/load_volumes.h"
 #include "plugin/registry.h"
 

@@ -4,7 +4,7 @@
 #include "base/asset_bytes.h"
 #include "base/asset_roots.h"
 #include "base/limits.h"
-#include "base/memory_limit.h"
+#include "base/process/memory_limit.h"
 #include "base/udim.h"
 
 #include <fmt/format.h>

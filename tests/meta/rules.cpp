@@ -68,14 +68,19 @@ std::string tier_of_header(const std::string& header) {
 
 std::string namespace_of_tier(const std::string& tier) {
     if (tier == "base") return "velatura";
-    std::string name = "velatura::" + tier;
+    // A room of base is a namespace of base's, which is velatura
+    const std::string base = "base/";
+    std::string name = "velatura::" + (tier.starts_with(base) ? tier.substr(base.size()) : tier);
     for (size_t slash = name.find('/'); slash != std::string::npos; slash = name.find('/'))
         name.replace(slash, 1, "::");
     return name;
 }
 
 bool can_include(const std::string& tier, const std::string& other) {
-    return other == tier || other == "base" || tier_table().at(tier).contains(other);
+    // All tiers include base, but for those that base itself includes
+    const bool is_below_base = tier_table().at("base").contains(tier);
+    return other == tier || (other == "base" && !is_below_base) ||
+           tier_table().at(tier).contains(other);
 }
 
 bool is_command_line_file(const SourceFile& file) {

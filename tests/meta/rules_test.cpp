@@ -17,6 +17,7 @@ TEST(Rules, TierIsTheLongestFolderOfTheTable) {
     EXPECT_EQ(tier_of("src/usd/text/detail/lexer.h"), "usd/text");
     EXPECT_EQ(tier_of("src/usd/text/generated/words_tables.cpp"), "usd/text");
     EXPECT_EQ(tier_of("src/base/math.h"), "base");
+    EXPECT_EQ(tier_of("src/base/process/memory_limit.h"), "base/process");
     EXPECT_EQ(tier_of("compositor/mix/mix.h"), "compositor/mix");
     EXPECT_EQ(tier_of("compositor/window/session.h"), "compositor/window");
     EXPECT_EQ(tier_of("src/nowhere/a.h"), "");
@@ -47,6 +48,13 @@ TEST(Rules, TierIncludes) {
         check_tier_includes(make_file("src/base/a.h", "#include \"../scene/scene.h\"\n")).size(),
         1u);
     EXPECT_EQ(check_tier_includes(make_file("src/newroom/a.h", "\n")).size(), 1u);
+    const std::string process = "#include \"base/process/memory_limit.h\"\n";
+    EXPECT_EQ(check_tier_includes(make_file("src/base/process/a.h", "#include \"base/math.h\"\n")),
+              (Violations{
+                  "src/base/process/a.h:1: base/process must not include base (\"base/math.h\")"}));
+    EXPECT_EQ(check_tier_includes(make_file("src/film/a.h", process)).size(), 1u);
+    EXPECT_TRUE(check_tier_includes(make_file("src/base/a.h", process)).empty());
+    EXPECT_TRUE(check_tier_includes(make_file("src/base/process/a.cpp", process)).empty());
     EXPECT_TRUE(check_tier_includes(
                     make_file("src/accel/bvh.h",
                               "#include \"base/math.h\"\n#include \"accel/node.h\"\n#include "
@@ -160,6 +168,10 @@ TEST(Rules, Namespace) {
     EXPECT_TRUE(check_namespace(make_file("src/usd/text/a.h", "namespace velatura::usd::text {\n"))
                     .empty());
     EXPECT_TRUE(check_namespace(make_file("src/base/a.h", "namespace velatura {\n")).empty());
+    const std::string process = "namespace velatura {\ninline namespace process {\n";
+    EXPECT_TRUE(check_namespace(make_file("src/base/process/a.h", process)).empty());
+    EXPECT_FALSE(
+        check_namespace(make_file("src/base/process/a.h", "namespace velatura {\n")).empty());
     const std::string room = "namespace velatura::translate {\ninline namespace context {\n";
     EXPECT_TRUE(check_namespace(make_file("src/translate/context/a.h", room)).empty());
     EXPECT_FALSE(

@@ -2,7 +2,7 @@
 // Images and textures have the same values, to the last bit, whether their decoders run in
 // decoder processes or in this one.
 #include "base/hash.h"
-#include "base/mapping_guard.h"
+#include "base/process/mapping_guard.h"
 #include "image/image_library.h"
 #include "plugin/registry.h"
 #include "shading/texture_cache.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "plugins/openimageio/sandbox/fork_server.h"
 
-#include "base/process_limits.h"
+#include "base/process/process_limits.h"
 #include "plugins/openimageio/sandbox/commands.h"
 #include "plugins/openimageio/sandbox/messages.h"
 #include "plugins/openimageio/sandbox/request_loop.h"

@@ -3,7 +3,7 @@
 // else.
 #include "plugins/openimageio/sandbox/decoder_pool.h"
 
-#include "base/process_limits.h"
+#include "base/process/process_limits.h"
 #include "double_images.h"
 
 #include <fcntl.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files whose few bytes stand for more memory than there is: refused before any of it is taken.
-#include "base/memory_limit.h"
+#include "base/process/memory_limit.h"
 #include "crate_fixture.h"
 #include "usd/crate/crate_format.h"
 #include "usd/layer/fields.h"

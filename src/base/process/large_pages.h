@@ -8,6 +8,7 @@
 #include <new>
 
 namespace velatura {
+inline namespace process {
 
 /// Allocator that asks the kernel for large pages (2 MiB) where there is enough to fill some:
 /// tables that are read at random miss the address cache less often. Memory is aligned to 64 bytes
@@ -40,4 +41,5 @@ struct LargePages {
     bool operator==(const LargePages&) const { return true; }
 };
 
+}  // namespace process
 }  // namespace velatura

@@ -6,6 +6,7 @@
 #include <vector>
 
 namespace velatura {
+inline namespace process {
 
 /// Installs a handler of SIGBUS for memory-mapped files: a page that cannot be read, because the
 /// file was truncated or its disk fails, reads as zeros instead of ending the process, here and in
@@ -35,4 +36,5 @@ class GuardedMapping {
     MappedRange* place_;
 };
 
+}  // namespace process
 }  // namespace velatura

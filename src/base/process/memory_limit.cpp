@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "base/memory_limit.h"
+#include "base/process/memory_limit.h"
 
 #include <malloc.h>
 #include <sys/resource.h>
@@ -16,6 +16,7 @@
 #include <string_view>
 
 namespace velatura {
+inline namespace process {
 
 namespace {
 
@@ -186,4 +187,5 @@ size_t MemoryLimit::left() {
     return all > now ? all - now : 0;
 }
 
+}  // namespace process
 }  // namespace velatura

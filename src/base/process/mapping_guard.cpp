@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "base/mapping_guard.h"
+#include "base/process/mapping_guard.h"
 
 #include <sys/mman.h>
 #include <unistd.h>
@@ -11,6 +11,7 @@
 #include <mutex>
 
 namespace velatura {
+inline namespace process {
 
 /// Where a file is mapped, if anywhere: places are never freed, so that a signal handler may walk
 /// through them at any time.
@@ -120,4 +121,5 @@ GuardedMapping::~GuardedMapping() {
     place_->end = 0;
 }
 
+}  // namespace process
 }  // namespace velatura

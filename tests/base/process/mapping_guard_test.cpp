@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "base/mapping_guard.h"
+#include "base/process/mapping_guard.h"
 
 #include "base/asset_bytes.h"
 #include "base/atomic_file.h"

@@ -4,6 +4,7 @@
 #include <cstddef>
 
 namespace velatura {
+inline namespace process {
 
 /// Memory that this process has resident, in bytes: what counts against it, files that are mapped
 /// included.
@@ -103,4 +104,5 @@ class MemoryLimit {
     static void find_memory_or_throw();
 };
 
+}  // namespace process
 }  // namespace velatura

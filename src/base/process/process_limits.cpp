@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "base/process_limits.h"
+#include "base/process/process_limits.h"
 
 #include <unistd.h>
 
@@ -7,6 +7,7 @@
 #include <fstream>
 
 namespace velatura {
+inline namespace process {
 
 size_t address_bytes() {
     size_t pages = 0;
@@ -22,4 +23,5 @@ void set_limit(__rlimit_resource resource, size_t value) {
     setrlimit(resource, &limit);
 }
 
+}  // namespace process
 }  // namespace velatura

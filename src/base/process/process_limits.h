@@ -6,6 +6,7 @@
 #include <cstddef>
 
 namespace velatura {
+inline namespace process {
 
 /// Whether a limit on addresses can be kept: sanitizers reserve more of them than any limit.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -26,4 +27,5 @@ size_t address_bytes();
 /// For this process and those that it starts; what they must not exceed already stays below it.
 void set_limit(__rlimit_resource resource, size_t value);
 
+}  // namespace process
 }  // namespace velatura
