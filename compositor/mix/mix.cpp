@@ -4,6 +4,7 @@
 #include "compositor/io/file_attributes.h"
 #include "compositor/io/row_values.h"
 #include "compositor/mix/layered_mix.h"
+#include "compositor/mix/layered_plan.h"
 #include "image/digest.h"
 #include "image/display.h"
 #include "image/formats.h"
@@ -21,8 +22,6 @@
 namespace velatura::compositor::mix {
 
 namespace {
-
-constexpr std::array<const char*, 3> rgb_names = {"R", "G", "B"};
 
 /// One channel of one term.
 struct Step {

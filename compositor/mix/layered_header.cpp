@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a mix with layers says of them.
+#include "compositor/mix/layered_header.h"
+
 #include "base/tasks.h"
 #include "compositor/io/file_attributes.h"
-#include "compositor/mix/layered_mix.h"
 #include "image/digest.h"
 #include "layers/layer_check.h"
 
@@ -10,7 +10,9 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <map>
 #include <string_view>
+#include <vector>
 
 namespace velatura::compositor::mix {
 
@@ -46,28 +48,26 @@ bool has_lost_channels(const std::vector<const Channel*>& channels, bool is_of_i
     });
 }
 
-}  // namespace
-
 /// The largest share of its bound between a coarser family and the beauty.
-layers::FamilyClosure LayeredMix::measured(layers::FamilyClosure closure) {
-    std::erase_if(closure.order, [this](const std::string& l) { return !has({l, "", 0}); });
+layers::FamilyClosure measured(layers::FamilyClosure closure, LayeredImage& image) {
+    std::erase_if(closure.order, [&](const std::string& l) { return !image.has({l, "", 0}); });
     for (size_t c = 0; c < 3; ++c)
-        if (!channel({"rgba", "", c})) return closure;
+        if (!image.channel({"rgba", "", c})) return closure;
     bool has_half = false;
     for (const std::string& layer : closure.order)
-        has_half = has_half || channel({layer, "", 0})->type() == ChannelType::Half;
+        has_half = has_half || image.channel({layer, "", 0})->type() == ChannelType::Half;
     layers::set_bound(closure, closure.order.size(), has_half);
     closure.measured = closure.measured_absolute = 0;
     for (size_t c = 0; c < 3; ++c) {
-        Values sum(out_.data.pixel_count(), 0.0f);
+        Values sum(image.image().data.pixel_count(), 0.0f);
         std::vector<double> bound(sum.size(), closure.absolute);
         for (const std::string& layer : closure.order) {
-            image::for_each_value(*channel({layer, "", c}), [&](size_t i, float v) {
+            image::for_each_value(*image.channel({layer, "", c}), [&](size_t i, float v) {
                 sum[i] += v;
                 bound[i] += closure.relative * std::abs(double(v));
             });
         }
-        image::for_each_value(*channel({"rgba", "", c}), [&](size_t i, float v) {
+        image::for_each_value(*image.channel({"rgba", "", c}), [&](size_t i, float v) {
             const double difference = std::abs(double(sum[i]) - double(v));
             closure.measured_absolute = std::max(closure.measured_absolute, difference);
             closure.measured = std::max(closure.measured, difference / bound[i]);
@@ -76,15 +76,19 @@ layers::FamilyClosure LayeredMix::measured(layers::FamilyClosure closure) {
     return closure;
 }
 
-void LayeredMix::write_header() {
-    const layers::LayerHeader& header = layout_.header();
+}  // namespace
+
+void write_layered_header(LayeredImage& image) {
+    const LayeredPlan& plan = image.plan();
+    image::Image& out = image.image();
+    const layers::LayerHeader& header = plan.layout.header();
     layers::ResolvedLayers resolved;
-    const auto channels = layers::channels_by_layer(out_);
+    const auto channels = layers::channels_by_layer(out);
     std::map<const Channel*, const image::Part*> part_of;
-    for (const image::Part& part : out_.parts)
+    for (const image::Part& part : out.parts)
         for (const Channel& c : part.channels) part_of[&c] = &part;
     for (LayerEntry entry : header.layers) {
-        const LayerOutcome fate = outcomes_.at(entry.name);
+        const LayerOutcome fate = plan.outcomes.at(entry.name);
         if (fate == LayerOutcome::NotStored) continue;
         const auto at = channels.find(entry.name);
         if (at != channels.end()) {
@@ -115,22 +119,22 @@ void LayeredMix::write_header() {
         LayerEntry& e = resolved.layers[i];
         const auto at = channels.find(e.name);
         if (at != channels.end() && e.digest.empty())
-            e.digest = image::digest_of(out_.data, at->second);
+            e.digest = image::digest_of(out.data, at->second);
     });
     for (const layers::FamilyClosure& of_file : header.closure) {
         layers::FamilyClosure family = of_file;
-        family.is_exact = family.family == plan_.family;
+        family.is_exact = family.family == plan.mix.family;
         if (family.is_exact) {
             family.order.clear();
-            for (const MixPlan::Term& term : terms_) family.order.push_back(term.layer);
-            resolved.closure.insert(resolved.closure.begin(), measured(std::move(family)));
+            for (const MixPlan::Term& term : plan.terms) family.order.push_back(term.layer);
+            resolved.closure.insert(resolved.closure.begin(), measured(std::move(family), image));
             continue;
         }
         const auto first =
             std::find_if(header.layers.begin(), header.layers.end(),
                          [&](const LayerEntry& e) { return e.family == family.family; });
         const LayerOutcome fate =
-            first == header.layers.end() ? LayerOutcome::NotStored : outcomes_.at(first->name);
+            first == header.layers.end() ? LayerOutcome::NotStored : plan.outcomes.at(first->name);
         if (fate == LayerOutcome::Sum) {
             family.order.clear();
             for (const LayerEntry& e : header.layers)
@@ -140,18 +144,18 @@ void LayeredMix::write_header() {
         const bool is_whole =
             std::all_of(family.order.begin(), family.order.end(), [&](const std::string& l) {
                 const LayerEntry* e = header.find(l);
-                return !e || e->is_empty || has({l, "", 0});
+                return !e || e->is_empty || image.has({l, "", 0});
             });
         if (fate != LayerOutcome::NotStored && is_whole)
-            resolved.closure.push_back(measured(std::move(family)));
+            resolved.closure.push_back(measured(std::move(family), image));
     }
     accumulate::LayerSet set;
     set.groups = header.lights;
-    layers::write_layer_header(out_, resolved, set, header.samples,
-                               layers::file_info_of(layout_.image(), header));
+    layers::write_layer_header(out, resolved, set, header.samples,
+                               layers::file_info_of(plan.layout.image(), header));
     for (const char* kept : {layers::casters_attribute, denoise_attribute}) {
-        const auto at = layout_.image().attributes.find(kept);
-        if (at != layout_.image().attributes.end()) out_.attributes[kept] = at->second;
+        const auto at = plan.layout.image().attributes.find(kept);
+        if (at != plan.layout.image().attributes.end()) out.attributes[kept] = at->second;
     }
 }
 
