@@ -18,7 +18,7 @@ namespace velatura::app {
 struct ImageError {
     statistics::RelativeError error;
     bool is_upper = false;  ///< it is no more than that: the halves make up for each other's errors
-    bool is_lower = false;  ///< it is no less than that: integrator::ErrorCurve::is_lower
+    bool is_lower = false;  ///< it is no less than that: statistics::ErrorCurve::is_lower
 };
 
 /// From the curve or, where there is none, from the film, whose noise() is given; none before every

@@ -42,7 +42,8 @@ void add_root_options(Command& command, AssetOptions& options) {
                      "--asset-root");
     command.add_flag("--sandbox", options.is_sandboxed,
                      "Decode images in decoder processes: a crash or hang of a decoder costs one "
-                     "image, not the render (0.2 s and 41 MB); on with --confine and --asset-root");
+                     "image, not the render (0.2 s and 41 MB); on with --confine, --asset-root "
+                     "and $VELATURA_ASSET_ROOTS");
     command
         .add_option("--missing-assets", options.missing,
                     "Missing or unreadable layers, textures, IES profiles, volume files and "

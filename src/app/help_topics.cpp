@@ -133,8 +133,9 @@ Limits of what files can request: --limit NAME=VALUE, repeatable. The defaults a
   decode-memory=8GiB     memory of an image decoder
 --instance-limit and --volume-memory limit instances and volume grids.
 
-Images are decoded in separate processes. On x86-64 and ARM these cannot write files, open
-sockets or start programs. A crash, a hang or exhausted memory costs the one image.
+With --sandbox, --confine or --asset-root images are decoded in separate processes. On x86-64
+and ARM these cannot write files, open sockets or start programs; a crash, a hang or exhausted
+memory costs the one image. Without these options images are decoded in the renderer.
 
 With --confine or --asset-root a scene does not choose the output folder: only the last part of
 its productName is used.

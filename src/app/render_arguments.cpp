@@ -110,7 +110,7 @@ void declare_quality_options(Command quality, RenderArguments& a) {
     quality
         .add_option("--forecast", a.forecast,
                     "Relative standard error for which to predict spp and time, without stopping "
-                    "there; progressive, up to 8 times the samples (docs/reference/accuracy.md)")
+                    "there; progressive, up to 10 times the samples (docs/reference/accuracy.md)")
         .type_name("ERROR")
         .not_empty();
     quality

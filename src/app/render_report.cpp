@@ -86,7 +86,7 @@ void report_bad_samples(const film::Film& film,
     if (result.rays.caustics_capped > 0) {
         diagnostics.warn("caustics", {}, {},
                          fmt::format("{} of {} manifold-sampling estimates hit the trial cap; "
-                                     "caustics are slightly too dark",
+                                     "the caustics they belong to are too dark",
                                      result.rays.caustics_capped, result.rays.caustics_found));
     }
     const media::TrackingCounts& tracking = result.rays.tracking;

@@ -167,10 +167,27 @@ class OverrideLayer {
         if (!type.empty()) return (attribute.is_uniform() ? "uniform " : "") + type;
         std::vector<std::string> names = translate::known_names(prim).names;
         for (const Token& known : prim.property_names()) names.push_back(known.str());
-        return Error{"usage", fmt::format("<{}> has no attribute {}{}; a new one needs a type: "
-                                          "--set 'float {}=…'",
-                                          prim.path_string(), name, did_you_mean(name, names),
-                                          typed.property.to_string())};
+        // Known, but declared by no schema: only its type lacks
+        const bool is_known = std::find(names.begin(), names.end(), name) != names.end();
+        return Error{
+            "usage",
+            fmt::format("<{}> has no attribute {}{}; a new one needs a type: --set '{} "
+                        "{}={}'",
+                        prim.path_string(), name,
+                        is_known ? std::string() : did_you_mean(name, names),
+                        likely_type(typed.value), typed.property.to_string(), typed.value)};
+    }
+
+    /// The type that a value on the command line suggests.
+    static std::string_view likely_type(const std::string& value) {
+        const bool is_number =
+            !value.empty() && value.find_first_not_of("+-.0123456789eE") == std::string::npos;
+        if (is_number) return "float";
+        if (value == "true" || value == "false") return "bool";
+        if (value.starts_with('@')) return "asset";
+        if (value.starts_with('(')) return "float3";
+        if (value.starts_with('[')) return "float[]";
+        return "token";
     }
 
     /// Quotes that a shell has taken are put back.

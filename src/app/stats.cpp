@@ -104,9 +104,12 @@ json depth_entry(int max_depth, const film::Film& film) {
     json entry = {{"approximation", "max-depth"}, {"value", max_depth}, {"kind", "bias"}};
     const std::optional<film::TruncatedLight> cut = film::truncated_light(film.sums(), max_depth);
     if (!cut) {
+        constexpr int least_depth = 3;
         entry["effect"] =
-            "light of longer paths is missing; missing energy not estimated; use --bounces 3 or "
-            "more";
+            fmt::format("light of longer paths is missing; missing energy not estimated: {}",
+                        max_depth < least_depth
+                            ? "too few bounces to extrapolate from; use --max-depth 3 or more"
+                            : "use --bounces 3 or more");
         return entry;
     }
     entry["missing_share"] = cut->share;

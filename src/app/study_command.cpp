@@ -363,7 +363,8 @@ void add_study_command(Command& app, std::function<int()>& run) {
     Command command = app.add_subcommand(
         "study",
         "Measure what accuracy costs: error and time of the render's settings, and the gain or "
-        "loss of others; takes the options of render");
+        "loss of others; takes the options of render "
+        "that affect its error or time, and refuses the others");
     auto arguments = std::make_shared<StudyArguments>();
     declare_render_options(command, arguments->render);
     command.find_option("scene").required(false);

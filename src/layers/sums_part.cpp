@@ -185,7 +185,8 @@ std::string bookkeeping_digest(const image::Image& image) {
 Result<image::Part> sums_part(const accumulate::SampleSums& sums) {
     if (sums.final_end() != 0) {
         return Error{"sums-folded",
-                     "the film is finished, so its sums cannot be stored for a merge"};
+                     "the sums were folded for a fixed number of samples, so they cannot be stored "
+                     "for a merge"};
     }
     const image::Window& w = sums.window();
     const size_t pixels = w.pixel_count();

@@ -323,7 +323,7 @@ std::vector<std::string> check_silence(const SourceFile& file) {
 
 std::vector<std::string> check_one_renderer(const SourceFile& file) {
     static const std::regex assembles(
-        R"((train_guide|try_roulette|try_bounces|try_branches|make_caustic_sampler)\s*\(|)"
+        R"((train_guide|try_roulette|try_bounces|try_splitting|make_caustic_sampler)\s*\(|)"
         R"(integrator::(World|PathTracer)\s+\w+\s*[({]|)"
         R"(make_(unique|shared)<(const )?integrator::(World|PathTracer)>)");
     // Tests look at the parts one by one

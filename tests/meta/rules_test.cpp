@@ -68,7 +68,7 @@ TEST(Rules, TierIncludes) {
 
 TEST(Rules, OneRenderer) {
     const std::string world = "    const integrator::World world(scene, options);\n",
-                      trial = "    x = integrator::try_branches(world, options, window);\n";
+                      trial = "    x = integrator::try_splitting(world, options, window);\n";
     EXPECT_EQ(check_one_renderer(make_file("src/app/a.cpp", world + trial)).size(), 2u);
     EXPECT_EQ(check_one_renderer(make_file("examples/a.cpp", trial)).size(), 1u);
     EXPECT_TRUE(check_one_renderer(make_file("src/render/a.cpp", world + trial)).empty());
