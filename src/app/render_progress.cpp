@@ -9,7 +9,7 @@ namespace velatura::app {
 void RenderProgress::show(const integrator::RenderState& state, bool is_last) {
     const integrator::RenderOptions& schedule = job_.settings.schedule;
     ProgressState p;
-    p.fraction = is_last ? 1.0 : state.fraction;
+    p.fraction = state.fraction;
     p.samples = state.samples_per_pixel;
     if (!schedule.is_open_ended)
         p.samples_target = double(schedule.end_sample - schedule.first_sample);
@@ -29,6 +29,8 @@ void RenderProgress::finish(const film::Film& film,
                             const film::NoiseEstimate& noise,
                             const integrator::RenderResult& result) {
     integrator::RenderState state;
+    const bool is_stopped = result.reason == integrator::StopReason::Interrupted;
+    state.fraction = is_stopped ? last_fraction_ : 1.0;
     state.samples_per_pixel = noise.samples_mean;
     state.elapsed_s = result.seconds;
     state.rays = result.rays;

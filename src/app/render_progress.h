@@ -13,9 +13,13 @@ class RenderProgress {
   public:
     explicit RenderProgress(const RenderJob& job) : job_(job), printer_(job.progress) {}
 
-    void show(const integrator::RenderState& state) { show(state, false); }
+    void show(const integrator::RenderState& state) {
+        last_fraction_ = state.fraction;
+        show(state, false);
+    }
 
-    /// The last line, with what the whole frame took.
+    /// The last line, with what the whole frame took. A render that was stopped stays at the
+    /// fraction that it had come to.
     void finish(const film::Film& film,
                 const film::NoiseEstimate& noise,
                 const integrator::RenderResult& result);
@@ -25,6 +29,7 @@ class RenderProgress {
 
     const RenderJob& job_;
     ProgressPrinter printer_;
+    double last_fraction_ = 0;
 };
 
 }  // namespace velatura::app

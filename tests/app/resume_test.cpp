@@ -202,8 +202,9 @@ TEST_F(Resume, ASnapshotThatIsFinishedKeepsNoSums) {
     }
     // Of one that is stopped by a signal they are there, whether an interim image came or not
     const std::string line = fmt::format(
-        "cd {} && ({}/velatura render s.usda --res {} -q --progress none --spp 1000000 --snapshot "
-        "0.01s -o stopped.exr & p=$!; for i in $(seq 2000); do [ -e stopped.exr ] && break; sleep "
+        "cd {} && ({}/velatura render s.usda --res {} --progress json --spp 1000000 --snapshot "
+        "0.01s -o stopped.exr > lines.txt & p=$!; for i in $(seq 2000); do [ -e stopped.exr ] && "
+        "break; sleep "
         "0.005; done; kill -TERM $p; wait $p)",
         w.path(""), VELATURA_BIN_DIR, size);
     const int status = std::system(line.c_str());
@@ -212,6 +213,11 @@ TEST_F(Resume, ASnapshotThatIsFinishedKeepsNoSums) {
     const Result<image::Image> file = image::read_exr(w.path("stopped.exr"));
     ASSERT_TRUE(file.has_value());
     EXPECT_TRUE(layers::read_sums(*file).has_value());
+    // Its last line tells of a render that was not done
+    const std::string lines = bytes("lines.txt");
+    const size_t last = lines.rfind("\"percent\":");
+    ASSERT_NE(last, std::string::npos) << lines;
+    EXPECT_LT(std::stod(lines.substr(last + 10)), 99.0) << lines.substr(last);
 }
 
 TEST_F(Resume, BudgetsLeaveFilesThatGoOn) {
