@@ -305,7 +305,11 @@ TEST_F(SceneOverrides, WhatDoesNotFitIsRefusedWithTheOption) {
         {"--set /World/key.inputs:intensity=3", "prim </World> not found", 2},
         {"--set /W/key.inputs:intensty=3",
          "</W/key> has no attribute inputs:intensty (did you mean 'inputs:intensity'?); a new one "
-         "needs a type: --set 'float /W/key.inputs:intensty=…'",
+         "needs a type: --set 'float /W/key.inputs:intensty=3'",
+         2},
+        {"--set /W/key.velatura:light:group=warm",
+         "</W/key> has no attribute velatura:light:group; a new one needs a type: --set 'token "
+         "/W/key.velatura:light:group=warm'",
          2},
         {"--set /W/key.inputs:intensity=bright",
          "--set /W/key.inputs:intensity=bright: cannot read the value of type float, character 1",
