@@ -69,7 +69,9 @@ class Installation(unittest.TestCase):
         if not {"openimageio", "subdivision"} <= {p.name for p in (BUILD / "plugins").glob("*")}:
             self.skipTest("built without the plugins of the scene")
         made = run(self.velatura, "render", self.scene, "-o", self.top / "installed.exr", *QUICK)
-        self.assertEqual((made.returncode, made.stderr), (0, ""), made.stdout)
+        # A note says that this scene has no RenderSettings
+        self.assertEqual(made.returncode, 0, made.stderr)
+        self.assertNotRegex(made.stderr, "error|warning", made.stdout)
         run(BUILD / "bin/velatura", "render", self.scene, "-o", self.top / "built.exr", *QUICK)
         self.assertEqual((self.top / "installed.exr").read_bytes(), (self.top / "built.exr").read_bytes())
 
