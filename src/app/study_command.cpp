@@ -20,6 +20,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
@@ -45,15 +46,18 @@ int fail(const Error& error, int code) {
     return code;
 }
 
-/// Options of a render that a study has no use for. Returns: the first that was given; empty: none.
-std::string useless_option(const Command& command) {
-    for (const char* name :
-         {"--frames",       "--samples",        "--keep-sums",   "--for-mix",
-          "--target-error", "--require-target", "--halves",      "--deep",
-          "--deep-samples", "--checkpoint",     "--snapshot",    "--stats",
-          "--strict",       "--replay",         "--cryptomatte", "--cryptomatte-levels",
-          "--clamp-direct", "--clamp-indirect", "--exr-layout",  "--mode",
-          "--tile"})
+/// Options of a render that a study has no use for: it neither lists nor takes them.
+constexpr std::array refused_options = {
+    "--frames",       "--samples",        "--keep-sums",   "--for-mix",
+    "--target-error", "--require-target", "--halves",      "--deep",
+    "--deep-samples", "--checkpoint",     "--snapshot",    "--stats",
+    "--strict",       "--replay",         "--cryptomatte", "--cryptomatte-levels",
+    "--clamp-direct", "--clamp-indirect", "--exr-layout",  "--mode",
+    "--tile"};
+
+/// The first of them that was given; empty: none.
+std::string refused_option(const Command& command) {
+    for (const char* name : refused_options)
         if (command.find_option(name).count() > 0) return name;
     return {};
 }
@@ -338,7 +342,7 @@ int run_study(StudyArguments arguments, const Command& command) {
     if (arguments.render.output.empty())
         return fail({"usage", "-o FOLDER is required: the output folder of the report"},
                     UsageError);
-    if (const std::string name = useless_option(command); !name.empty())
+    if (const std::string name = refused_option(command); !name.empty())
         return fail({"usage", name + " has no effect in a study"}, UsageError);
     if (!arguments.render.time.empty()) {
         const Result<double> time = parse_duration(arguments.render.time);
@@ -363,8 +367,7 @@ void add_study_command(Command& app, std::function<int()>& run) {
     Command command = app.add_subcommand(
         "study",
         "Measure what accuracy costs: error and time of the render's settings, and the gain or "
-        "loss of others; takes the options of render "
-        "that affect its error or time, and refuses the others");
+        "loss of others; takes the options of render that affect its error or time");
     auto arguments = std::make_shared<StudyArguments>();
     declare_render_options(command, arguments->render);
     command.find_option("scene").required(false);
@@ -379,6 +382,7 @@ void add_study_command(Command& app, std::function<int()>& run) {
         .default_text("3m");
     command.find_option("--resume")
         .description("Add rounds to the study in the output folder, if there is one");
+    for (const char* name : refused_options) command.find_option(name).hidden();
     Command what = command.add_group("Study");
     what.add_option("--knobs", arguments->knobs,
                     "Settings to study, by their names in the report or as options, e.g. "
