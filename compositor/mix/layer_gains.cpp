@@ -127,8 +127,8 @@ void LayerGains::apply() {
     });
     if (plan_.mix.family == "beauty") return;
     image_.for_each({Beauty}, [&](const LayerEntry&, const LayerChannel& own) {
-        const auto fate = plan_.outcomes.find(own.full_name());
-        if (fate == plan_.outcomes.end() || fate->second != Same) add_up(order, own);
+        const auto outcome = plan_.outcomes.find(own.full_name());
+        if (outcome == plan_.outcomes.end() || outcome->second != Same) add_up(order, own);
     });
     // A header that does not name the beauty
     for (size_t c = 0; c < 3 && !plan_.outcomes.count("rgba"); ++c) add_up(order, {"rgba", "", c});
@@ -153,13 +153,14 @@ std::array<Values, 3> LayerGains::apply_to_rows() {
 }
 
 void LayerGains::set_variance() {
-    const auto fate = plan_.outcomes.find("variance");
+    const auto outcome = plan_.outcomes.find("variance");
     Channel* variance = nullptr;
     for (image::Part& part : image_.image().parts) {
         for (Channel& c : part.channels)
             if (c.name == "variance") variance = &c;
     }
-    if (!variance || fate == plan_.outcomes.end() || fate->second != LayerOutcome::Variance) return;
+    if (!variance || outcome == plan_.outcomes.end() || outcome->second != LayerOutcome::Variance)
+        return;
     Values now = floats_of(*variance);
     if (const auto& common = plan_.mix.common_gain) {
         const double gain = double((*common)[0]) * double(plan_.exposure);

@@ -30,10 +30,10 @@ Gains gains_of(const MixPlan& plan, float exposure) {
     return gains;
 }
 
-LayerOutcome fate_of(const LayerStack& layout,
-                     const MixPlan& plan,
-                     const Gains& gains,
-                     const LayerEntry& e) {
+LayerOutcome outcome_of(const LayerStack& layout,
+                        const MixPlan& plan,
+                        const Gains& gains,
+                        const LayerEntry& e) {
     if (e.name == "rgba") return LayerOutcome::Beauty;
     if (e.family == "cryptomatte") return LayerOutcome::Same;
     if (e.family == "data") {
@@ -94,7 +94,7 @@ void drop_incomplete(const LayerStack& layout,
 }
 
 /// Of a file of another renderer.
-LayerOutcome fate_of_plain(const Gains& gains, const LayerEntry& e) {
+LayerOutcome outcome_of_plain(const Gains& gains, const LayerEntry& e) {
     if (e.family == "plain") return LayerOutcome::Beside;
     if (e.name == "rgba") return LayerOutcome::Beauty;
     // Light that the rows or the beauty hold as well
@@ -111,9 +111,9 @@ std::map<std::string, LayerOutcome> layer_outcomes(const LayerStack& layout,
     std::map<std::string, LayerOutcome> outcomes;
     for (const LayerEntry& e : layout.header().layers) {
         if (layout.is_plain()) {
-            outcomes[e.name] = fate_of_plain(gains, e);
+            outcomes[e.name] = outcome_of_plain(gains, e);
         } else if (e.family != "halves") {
-            outcomes[e.name] = fate_of(layout, plan, gains, e);
+            outcomes[e.name] = outcome_of(layout, plan, gains, e);
         }
     }
     for (const LayerEntry& e : layout.header().layers) {

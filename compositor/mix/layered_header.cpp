@@ -88,21 +88,21 @@ void write_layered_header(LayeredImage& image) {
     for (const image::Part& part : out.parts)
         for (const Channel& c : part.channels) part_of[&c] = &part;
     for (LayerEntry entry : header.layers) {
-        const LayerOutcome fate = plan.outcomes.at(entry.name);
-        if (fate == LayerOutcome::NotStored) continue;
+        const LayerOutcome outcome = plan.outcomes.at(entry.name);
+        if (outcome == LayerOutcome::NotStored) continue;
         const auto at = channels.find(entry.name);
         if (at != channels.end()) {
             entry.is_empty = false;
             entry.part = part_of.at(at->second[0])->name;
             // What is as it was keeps its digest, right or wrong
-            if (fate != LayerOutcome::Same) entry.type = type_of(at->second);
-            if (fate != LayerOutcome::Same) entry.digest.clear();
+            if (outcome != LayerOutcome::Same) entry.type = type_of(at->second);
+            if (outcome != LayerOutcome::Same) entry.digest.clear();
         }
         // A header that names data which are not there
         if (at == channels.end() && !entry.is_empty) continue;
         const bool is_of_ids =
             entry.family == "cryptomatte" && std::isdigit(uint8_t(entry.name.back())) != 0;
-        if (fate == LayerOutcome::Same && at != channels.end() &&
+        if (outcome == LayerOutcome::Same && at != channels.end() &&
             has_lost_channels(at->second, is_of_ids))
             entry.digest.clear();
         resolved.layers.push_back(std::move(entry));
@@ -133,9 +133,9 @@ void write_layered_header(LayeredImage& image) {
         const auto first =
             std::find_if(header.layers.begin(), header.layers.end(),
                          [&](const LayerEntry& e) { return e.family == family.family; });
-        const LayerOutcome fate =
+        const LayerOutcome outcome =
             first == header.layers.end() ? LayerOutcome::NotStored : plan.outcomes.at(first->name);
-        if (fate == LayerOutcome::Sum) {
+        if (outcome == LayerOutcome::Sum) {
             family.order.clear();
             for (const LayerEntry& e : header.layers)
                 if (e.family == family.family) family.order.push_back(e.name);
@@ -146,7 +146,7 @@ void write_layered_header(LayeredImage& image) {
                 const LayerEntry* e = header.find(l);
                 return !e || e->is_empty || image.has({l, "", 0});
             });
-        if (fate != LayerOutcome::NotStored && is_whole)
+        if (outcome != LayerOutcome::NotStored && is_whole)
             resolved.closure.push_back(measured(std::move(family), image));
     }
     accumulate::LayerSet set;

@@ -90,9 +90,10 @@ void LayeredImage::for_each(
     const std::function<void(const LayerEntry&, const LayerChannel&)>& body) const {
     std::vector<std::pair<const LayerEntry*, LayerChannel>> jobs;
     for (const LayerEntry& e : plan_.layout.header().layers) {
-        const auto fate = plan_.outcomes.find(e.name);
-        if (e.family == "halves" || fate == plan_.outcomes.end()) continue;
-        if (std::find(outcomes.begin(), outcomes.end(), fate->second) == outcomes.end()) continue;
+        const auto outcome = plan_.outcomes.find(e.name);
+        if (e.family == "halves" || outcome == plan_.outcomes.end()) continue;
+        if (std::find(outcomes.begin(), outcomes.end(), outcome->second) == outcomes.end())
+            continue;
         for (const std::string& half : plan_.halves) {
             for (size_t c = 0; c < 3; ++c)
                 if (has({e.name, half, c})) jobs.push_back({&e, {e.name, half, c}});

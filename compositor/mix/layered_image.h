@@ -65,7 +65,7 @@ class LayeredImage {
     /// The same as floats: a channel of another type becomes one of floats.
     Values* values(const LayerChannel& of);
 
-    /// R, G and B of the layers of some fates and of their half images, in parallel.
+    /// R, G and B of the layers of some outcomes and of their half images, in parallel.
     void for_each(
         std::initializer_list<LayerOutcome> outcomes,
         const std::function<void(const accumulate::LayerEntry&, const LayerChannel&)>& body) const;

@@ -134,12 +134,12 @@ class StoredParts {
         const Channel& channel = of.channels[from.channel];
         if (!layout_.is_plain() && image::is_bookkeeping(channel.name)) return;
         const auto known = plan_.outcomes.find(layer_of(from));
-        const LayerOutcome fate =
+        const LayerOutcome outcome =
             known == plan_.outcomes.end() ? LayerOutcome::Same : known->second;
         const bool is_of_other_view =
             has_view() && !foreign_layers_.count({from.part, from.channel});
-        if (fate == LayerOutcome::NotStored || is_of_other_view) return;
-        const bool is_summed = fate == LayerOutcome::Sum;
+        if (outcome == LayerOutcome::NotStored || is_of_other_view) return;
+        const bool is_summed = outcome == LayerOutcome::Sum;
         out_.keep(from, {out_.image().parts.size(), part.channels.size()}, is_summed);
         std::string name = channel.name;
         if (has_view()) name = views_->channel_name(of, name).value_or(name);

@@ -61,9 +61,9 @@ void restore_types(LayeredImage& image) {
     const LayeredPlan& plan = image.plan();
     std::vector<LayerChannel> layers;
     for (const LayerEntry& e : plan.layout.header().layers) {
-        const auto fate = plan.outcomes.find(e.name);
-        if (e.family == "halves" || fate == plan.outcomes.end() ||
-            fate->second == LayerOutcome::Same)
+        const auto outcome = plan.outcomes.find(e.name);
+        if (e.family == "halves" || outcome == plan.outcomes.end() ||
+            outcome->second == LayerOutcome::Same)
             continue;
         for (const std::string& half : plan.halves) layers.push_back({e.name, half, 0});
     }

@@ -36,7 +36,7 @@ struct WorkRequest {
     std::array<std::shared_ptr<const ImageTask>, 2> images;  ///< look A, look B; null: not shown
     size_t level = 0;                                        ///< that the screen shows
     image::Window seen;                                      ///< of level 0
-    size_t noise_of = 0;                                     ///< whose noise is told
+    size_t noise_of = 0;                                     ///< whose noise is shown
 };
 
 struct FinishedTile {
