@@ -298,6 +298,23 @@ TEST(CommandLine, NamesWhatAMisspeltWordMayMean) {
     EXPECT_EQ(said({"render", "a.usda", "b.usda"}), "unexpected argument \"b.usda\"");
 }
 
+/// Options that help does not list are declared, recorded and refused by their names.
+TEST(CommandLine, HiddenOptionsKeepTheirNames) {
+    CommandLine line("", "test");
+    uint64_t tile = 0;
+    std::vector<int> size;
+    line.add_option("--tile", tile, "").hidden();
+    line.add_option("-s,--size", size, "").expected(2).hidden();
+    std::vector<std::string> names;
+    for (const DeclaredOption& option : line.declared_options()) names.push_back(option.name);
+    EXPECT_EQ(names, (Words{"--tile", "--size"}));
+    EXPECT_TRUE(rejection(line, {"--tile", "nan"}).starts_with("--tile: "));
+    EXPECT_TRUE(rejection(line, {"-s", "1"}).starts_with("--size: "));
+    EXPECT_EQ(rejection(line, {"--tile", "4"}), "");
+    ASSERT_EQ(line.typed_options().size(), 1u);
+    EXPECT_EQ(line.typed_options()[0].name, "--tile");
+}
+
 TEST(CommandLine, ACommandCanBeLeftOut) {
     std::string scene, output, ran;
     const auto said = [&](const Words& typed) {
