@@ -2,6 +2,7 @@
 #include "app/missing_assets.h"
 
 #include "app/exit_codes.h"
+#include "app/progress.h"
 #include "base/result.h"
 #include "plugin/registry.h"
 
@@ -47,8 +48,7 @@ std::string missing_assets_text() {
             by_kind[missing_asset_codes[i].kind] += count;
     std::string text;
     for (const auto& [kind, count] : by_kind)
-        text +=
-            fmt::format("{}{} {}{}", text.empty() ? "" : ", ", count, kind, count == 1 ? "" : "s");
+        text += (text.empty() ? "" : ", ") + format_count(count, kind);
     return text;
 }
 

@@ -4,6 +4,7 @@
 #include "app/exit_codes.h"
 #include "app/memory_options.h"
 #include "app/parse_values.h"
+#include "app/progress.h"
 #include "app/render_layers.h"
 #include "app/scene_loader.h"
 #include "app/stop_signals.h"
@@ -172,11 +173,10 @@ int prepare_one(const RenderJob& job,
     check_products(scene->settings, diagnostics);
     if (const Result<void> ok = check_render_vars(job, *scene, diagnostics); !ok)
         return fail(ok.error(), UsageError);
-    if (job.arguments.strict && diagnostics.error_count() > 0) {
-        return fail({"strict", fmt::format("{} errors in the scene; --strict renders nothing",
-                                           diagnostics.error_count())},
-                    RenderError);
-    }
+    if (const size_t errors = diagnostics.error_count(); job.arguments.strict && errors > 0)
+        return fail(
+            {"strict", format_count(errors, "error") + " in the scene; --strict renders nothing"},
+            RenderError);
     MemoryLimit::enforce("while reading volume grids");
     read_volumes(job, *scene, diagnostics);
     render::Settings settings = job.settings;

@@ -58,6 +58,10 @@ std::string format_bytes(size_t bytes) {
                               : fmt::format("{:.1f} GB", megabytes / 1000.0);
 }
 
+std::string format_count(size_t count, std::string_view noun) {
+    return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
+}
+
 namespace {
 
 std::string summary(const ProgressState& s) {

@@ -64,4 +64,7 @@ std::string format_samples(double samples, double target);
 /// "512 MB", "1.4 GB".
 std::string format_bytes(size_t bytes);
 
+/// "1 error", "2 errors", "0 errors".
+std::string format_count(size_t count, std::string_view noun);
+
 }  // namespace velatura::app

@@ -33,15 +33,13 @@ int reject_frame(const RenderJob& job,
                  Diagnostics& diagnostics) {
     if (job.replay) return Done;
     if (!fits_limit(needs, diagnostics)) return MemoryReached;
-    if (job.arguments.strict && diagnostics.error_count() > 0)
-        diagnostics.error(
-            "strict", {}, {},
-            fmt::format("{} errors; --strict renders nothing", diagnostics.error_count()));
+    if (const size_t errors = diagnostics.error_count(); job.arguments.strict && errors > 0)
+        diagnostics.error("strict", {}, {},
+                          format_count(errors, "error") + "; --strict renders nothing");
     else if (job.arguments.texture_failure == "error" && unread_textures > 0)
-        diagnostics.error(
-            "texture-failure", {}, {},
-            fmt::format("{} unreadable textures; --texture-failure error renders nothing",
-                        unread_textures));
+        diagnostics.error("texture-failure", {}, {},
+                          format_count(unread_textures, "unreadable texture") +
+                              "; --texture-failure error renders nothing");
     else
         return Done;
     return RenderError;
@@ -163,9 +161,9 @@ bool report_missing_textures(const RenderJob& job,
                              Diagnostics& diagnostics) {
     if (job.arguments.texture_failure != "error" || unread_textures == 0) return false;
     diagnostics.error("texture-failure", {}, {},
-                      fmt::format("{} textures could not be read; fallbacks used in {}; "
+                      fmt::format("{} could not be read; fallbacks used in {}; "
                                   "--texture-failure error makes this an error",
-                                  unread_textures, output));
+                                  format_count(unread_textures, "texture"), output));
     return true;
 }
 
@@ -180,7 +178,8 @@ void print_summary(const RenderJob& job,
         output, written.layers, written.channels, written.closure_measured,
         format_duration(result.seconds));
     if (unread_textures > 0)
-        fmt::print("{} textures could not be read; fallbacks used\n", unread_textures);
+        fmt::print("{} could not be read; fallbacks used\n",
+                   format_count(unread_textures, "texture"));
     if (wanted_error(job) > 0 && !result.curve.is_empty())
         fmt::print("{}\n", forecast_text(result.curve, noise.samples_mean, wanted_error(job)));
 }

@@ -3,6 +3,7 @@
 
 #include "accumulate/pixel_means.h"
 #include "app/frame_settings.h"
+#include "app/progress.h"
 #include "app/render_layers.h"
 #include "app/render_settings.h"
 #include "app/stats.h"
@@ -226,9 +227,8 @@ Result<std::shared_ptr<const StudyRenderer::Prepared>> StudyRenderer::prepare(
     const integrator::World& world = *p->place->world;
     if (const size_t unread = unread_textures(world);
         unread > 0 && job_.arguments.texture_failure == "error")
-        return Error{
-            "texture-failure",
-            fmt::format("{} unreadable textures; --texture-failure error studies nothing", unread)};
+        return Error{"texture-failure", format_count(unread, "unreadable texture") +
+                                            "; --texture-failure error studies nothing"};
     const std::atomic<bool>* stop = &StopSignals::stop_flag();
 
     const double start = cpu_seconds();

@@ -80,7 +80,7 @@ const Row rows[] = {
     {"", "def \"A\" (references = @none.usda@) {\n}\n", "--missing-assets ignore",
      "cannot open reference @none.usda@", 0},
     {"", "def \"A\" (references = @none.usda@) {\n}\n", "--missing-assets ignore --strict",
-     "1 errors in the scene; --strict renders nothing", 1},
+     "error: 1 error in the scene; --strict renders nothing", 1},
 };
 
 }  // namespace

@@ -53,12 +53,22 @@ std::string unique_name(Context& ctx, const std::string& wanted) {
     return names.make(needs_letter ? wanted + "L" : wanted);
 }
 
+bool is_text_or_nothing(const usd::layer::Value& value) {
+    return value.is_empty() || value.is_block() || value.is_animation_block() ||
+           value.get_if<std::string>() || value.get_if<usd::layer::Token>();
+}
+
 /// The group that the scene names for the light; empty when it names none.
 std::string authored_group(Context& ctx, Prim light) {
     for (const char* name : {"velatura:light:group", "inputs:karma:light:lpetag",
                              "karma:light:lpetag", "primvars:arnold:aov"}) {
-        const std::string group = read_text(light.attribute(name), "", ctx.time);
+        const Attribute attribute = light.attribute(name);
+        const std::string group = read_text(attribute, "", ctx.time);
         if (!group.empty()) return group;
+        if (!is_text_or_nothing(attribute.value(ctx.time)))
+            ctx.warn(
+                "light-group-type", attribute,
+                fmt::format("{} is not a string or a token; no light group is read from it", name));
     }
     return "";
 }

@@ -188,7 +188,9 @@ TEST(ContactSheet, HalvesOfTheLayersThatWereAskedFor) {
     EXPECT_EQ(rows({"C_key"}, true), 3);
     EXPECT_EQ(rows({"C_*_hA"}, false), 2);
     EXPECT_EQ(rows({"C_*_hA"}, true), 2);
-    EXPECT_EQ(rows({"C_*"}, false), 5);
+    EXPECT_EQ(rows({"C_*"}, false), 2);
+    EXPECT_EQ(rows({"C_*"}, true), 5);
+    EXPECT_EQ(rows({"C_key_h?"}, false), 2);
 }
 
 /// Thousands of layers get small cells, and more than a sheet can hold an error.

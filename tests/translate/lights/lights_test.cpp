@@ -329,6 +329,23 @@ def Xform "D" {
     EXPECT_EQ(grouped.scene.groups[1].prims.size(), 2u);
 }
 
+TEST(Lights, GroupsThatAreNoTextAreSaid) {
+    for (const char* value : {"float velatura:light:group = 1", "int karma:light:lpetag = 2",
+                              "string[] primvars:arnold:aov = [\"key\"]"}) {
+        Translated t;
+        translate_text(camera() + "def SphereLight \"A\" {\n" + value + "\n}\n", t);
+        EXPECT_EQ(t.count("light-group-type"), 1u) << value;
+        ASSERT_EQ(t.scene.groups.size(), 1u) << value;
+        EXPECT_EQ(t.scene.groups[0].name, "A") << "the light keeps a group of its own";
+    }
+    Translated t;
+    translate_text(camera() +
+                       "def SphereLight \"A\" { token velatura:light:group = \"key\" }\n"
+                       "def SphereLight \"B\" { string velatura:light:group = None }\n",
+                   t);
+    EXPECT_EQ(t.count("light-group-type"), 0u);
+}
+
 TEST(Lights, WithoutLightsADomeShines) {
     Translated t;
     translate_text(camera() + quad("Q"), t);
