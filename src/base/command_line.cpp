@@ -64,14 +64,6 @@ CLI::App* command_of(CLI::App* app) {
     return app;
 }
 
-/// The long name with its dashes if there is one; CLI11 gives none for hidden options.
-std::string name_of(const CLI::Option& option) {
-    if (!option.get_group().empty()) return option.get_name();
-    if (!option.get_lnames().empty()) return "--" + option.get_lnames().front();
-    return option.get_snames().empty() ? option.get_single_name()
-                                       : "-" + option.get_snames().front();
-}
-
 /// The subcommand that was given, or the program.
 const CLI::App& given_command(const CLI::App& app) {
     const std::vector<CLI::App*> given = app.get_subcommands();
@@ -87,7 +79,7 @@ std::vector<const CLI::App*> named_subcommands(const CLI::App& app) {
 /// Long names of a command and its groups, without dashes and without hidden ones.
 void add_long_names(const CLI::App& app, std::vector<std::string>& names) {
     for (const CLI::Option* const option : app.get_options())
-        if (!option->get_group().empty())
+        if (!is_hidden(*option))
             names.insert(names.end(), option->get_lnames().begin(), option->get_lnames().end());
     for (const CLI::App* const group :
          app.get_subcommands([](const CLI::App* sub) { return sub->get_name().empty(); }))
@@ -360,7 +352,7 @@ Option Option::common() {
 }
 
 Option Option::hidden() {
-    option_->group("");
+    option_->group(hidden_group);
     return *this;
 }
 
@@ -496,7 +488,7 @@ std::string Declarations::miscount() const {
     for (const Entry& entry : options) {
         const size_t found = entry.option->results().size();
         if (found % entry.values != 0)
-            return name_of(*entry.option) + ": expected " + std::to_string(entry.values) +
+            return entry.option->get_name() + ": expected " + std::to_string(entry.values) +
                    " values, found " + std::to_string(found % entry.values);
     }
     return {};
@@ -513,7 +505,7 @@ std::string Declarations::guard_inputs() const {
             if (entry.*use && command_of(entry.app) == given->first)
                 for (const std::string& value : entry.option->results())
                     for (const std::string& file : files_of(value))
-                        action(name_of(*entry.option), file);
+                        action(entry.option->get_name(), file);
     };
     for_each_value(&Entry::reads,
                    [](const std::string&, const std::string& value) { guard_input(value); });
@@ -600,7 +592,7 @@ std::vector<TypedOption> Command::typed_options() const {
         const size_t occurrence = occurrences[option]++;
         const std::vector<std::string>& values = option->results();
         typed.push_back(
-            {name_of(*option), occurrence < values.size() ? values[occurrence] : std::string()});
+            {option->get_name(), occurrence < values.size() ? values[occurrence] : std::string()});
     }
     return typed;
 }
@@ -680,7 +672,7 @@ std::vector<DeclaredOption> CommandLine::declared_options() const {
         }
         // Former names take the options of another command
         if (is_hidden) continue;
-        declared.push_back({command, name_of(*entry.option), entry.is_number,
+        declared.push_back({command, entry.option->get_name(), entry.is_number,
                             entry.option->get_items_expected_min(), entry.reads, entry.writes});
     }
     return declared;

@@ -48,11 +48,11 @@ std::string entry(const std::string& head, const std::string& text) {
     return out + wrapped(text, text_column, text_column) + "\n";
 }
 
-std::string listed(const std::set<CLI::Option*>& options) {
+std::string listed(const std::string& relation, const std::set<CLI::Option*>& options) {
     std::string names;
     for (const CLI::Option* const option : options)
-        names += (names.empty() ? "" : ", ") + option->get_name();
-    return names;
+        if (!is_hidden(*option)) names += (names.empty() ? "" : ", ") + option->get_name();
+    return names.empty() ? names : relation + names;
 }
 
 /// "-o, --output FILE".
@@ -79,8 +79,8 @@ std::string text_of(const CLI::Option& option, const OptionHelp& help) {
     if (!help.default_value.empty()) add("default: " + help.default_value);
     add(help.range);
     if (help.is_repeatable) add("repeatable");
-    if (!option.get_needs().empty()) add("needs " + listed(option.get_needs()));
-    if (!option.get_excludes().empty()) add("not with " + listed(option.get_excludes()));
+    add(listed("needs ", option.get_needs()));
+    add(listed("not with ", option.get_excludes()));
     const std::string& text = option.get_description();
     return facts.empty() ? text : text + " [" + facts + "]";
 }
@@ -91,7 +91,7 @@ bool is_about_help(const CLI::App& app, const CLI::Option* option) {
 }
 
 std::vector<const CLI::Option*> options_of(const CLI::App& app) {
-    return app.get_options([](const CLI::Option* o) { return !o->get_group().empty(); });
+    return app.get_options([](const CLI::Option* o) { return !is_hidden(*o); });
 }
 
 std::vector<const CLI::App*> groups_of(const CLI::App& app) {
@@ -180,6 +180,10 @@ bool has_common_options(const CLI::App& command, const HelpOf& help_of) {
 }
 
 }  // namespace
+
+bool is_hidden(const CLI::Option& option) {
+    return option.get_group() == hidden_group;
+}
 
 std::string help_page(const CLI::App& command,
                       const std::string& name,

@@ -26,6 +26,11 @@ struct CommandHelp {
     std::string example;  ///< command lines; empty: not printed
 };
 
+/// Of options that no help lists. CLI11 takes an empty group for that, and then has no name for
+/// them in its messages.
+inline constexpr const char* hidden_group = "hidden";
+bool is_hidden(const CLI::Option& option);
+
 /// Help page of a command. Options stand under the heading of their group, `text [default: 64; 1 to
 /// 4096; repeatable]`, those that print help or the version under a heading of their own at the
 /// end. Lines are at most 92 columns long, unless a word is longer.

@@ -300,19 +300,25 @@ TEST(CommandLine, NamesWhatAMisspeltWordMayMean) {
 
 /// Options that help does not list are declared, recorded and refused by their names.
 TEST(CommandLine, HiddenOptionsKeepTheirNames) {
-    CommandLine line("", "test");
     uint64_t tile = 0;
     std::vector<int> size;
-    line.add_option("--tile", tile, "").hidden();
-    line.add_option("-s,--size", size, "").expected(2).hidden();
-    std::vector<std::string> names;
-    for (const DeclaredOption& option : line.declared_options()) names.push_back(option.name);
-    EXPECT_EQ(names, (Words{"--tile", "--size"}));
-    EXPECT_TRUE(rejection(line, {"--tile", "nan"}).starts_with("--tile: "));
-    EXPECT_TRUE(rejection(line, {"-s", "1"}).starts_with("--size: "));
-    EXPECT_EQ(rejection(line, {"--tile", "4"}), "");
-    ASSERT_EQ(line.typed_options().size(), 1u);
-    EXPECT_EQ(line.typed_options()[0].name, "--tile");
+    std::string names, typed;
+    const auto said = [&](const Words& words) {
+        CommandLine line("", "test");
+        line.add_option("--tile", tile, "").hidden();
+        line.add_option("-s,--size", size, "").expected(2).hidden();
+        names = typed = {};
+        for (const DeclaredOption& option : line.declared_options()) names += option.name + " ";
+        const std::string reason = rejection(line, words);
+        for (const TypedOption& o : line.typed_options()) typed += o.name + " " + o.value + " ";
+        return reason;
+    };
+    EXPECT_EQ(said({"--tile", "4"}), "");
+    EXPECT_EQ(names, "--tile --size ");
+    EXPECT_EQ(typed, "--tile 4 ");
+    EXPECT_TRUE(said({"--tile", "nan"}).starts_with("--tile: ")) << said({"--tile", "nan"});
+    EXPECT_TRUE(said({"-s", "1"}).starts_with("--size: ")) << said({"-s", "1"});
+    EXPECT_EQ(said({"--tiles", "4"}), "unknown option --tiles") << "suggests no hidden option";
 }
 
 TEST(CommandLine, ACommandCanBeLeftOut) {
