@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/command_line.h"
+#include "base/help_command.h"
 #include "base/process/memory_limit.h"
 #include "compositor/cli/command_outcome.h"
 #include "compositor/cli/commands.h"
@@ -13,6 +14,11 @@
 namespace velatura::compositor::cli {
 
 namespace {
+
+int end_with(const CommandExit& ended) {
+    std::fputs(ended.text.c_str(), ended.code == done ? stdout : stderr);
+    return ended.code;
+}
 
 int run_command(int argc, char** argv) {
     CommandLine app("Mixes, checks and converts the light layers of a render.", "velatura-comp");
@@ -38,10 +44,8 @@ int run_command(int argc, char** argv) {
     add_denoise_command(app, run);
     add_preset_command(app, run);
     add_bake_command(app, run);
-    if (const std::optional<CommandExit> ended = app.parse(argc, argv)) {
-        std::fputs(ended->text.c_str(), ended->code == done ? stdout : stderr);
-        return ended->code;
-    }
+    add_help_command(app, run, {}, end_with);
+    if (const std::optional<CommandExit> ended = app.parse(argc, argv)) return end_with(*ended);
     return run ? run() : int(usage);
 }
 

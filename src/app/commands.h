@@ -16,7 +16,5 @@ void add_plan_command(Command& app, std::function<int()>& run);
 void add_info_command(Command& app, std::function<int()>& run);
 void add_flatten_command(Command& app, std::function<int()>& run);
 void add_import_command(Command& app, std::function<int()>& run);
-/// Of all commands added before: `help` prints a topic or the help of a command.
-void add_help_command(CommandLine& app, std::function<int()>& run);
 
 }  // namespace velatura::app

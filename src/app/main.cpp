@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/commands.h"
 #include "app/exit_codes.h"
+#include "app/help_topics.h"
 #include "app/missing_assets.h"
 #include "base/command_line.h"
 #include "base/process/mapping_guard.h"
@@ -45,10 +46,16 @@ bool is_scene_name(const std::string& word) {
     return end == ".usda" || end == ".usdc" || end == ".usd" || end == ".usdz";
 }
 
+int end_with(const CommandExit& ended) {
+    std::fputs(ended.text.c_str(), ended.code == Done ? stdout : stderr);
+    return ended.code;
+}
+
 int run_command(int argc, char** argv) {
     CommandLine app(
         "Velatura: a path tracer for USD scenes with light layers; `velatura SCENE` is "
-        "`velatura render SCENE`");
+        "`velatura render SCENE`",
+        "velatura");
     app.add_version_flag(std::string("velatura ") + VELATURA_VERSION);
     app.require_subcommand();
     app.footer(exit_codes_text());
@@ -61,12 +68,9 @@ int run_command(int argc, char** argv) {
     add_selftest_command(app, run);
     add_flatten_command(app, run);
     add_import_command(app, run);
-    add_help_command(app, run);
+    add_help_command(app, run, help_topics(), end_with);
     app.set_default_subcommand("render", is_scene_name);
-    if (const std::optional<CommandExit> ended = app.parse(argc, argv)) {
-        std::fputs(ended->text.c_str(), ended->code == Done ? stdout : stderr);
-        return ended->code;
-    }
+    if (const std::optional<CommandExit> ended = app.parse(argc, argv)) return end_with(*ended);
     read_truncated_pages_as_zeros();
     const int code = exit_code_with_missing_assets(run ? run() : UsageError);
     return report_mapping_guard() ? worse_exit_code(code, RenderError) : code;

@@ -678,7 +678,15 @@ std::vector<DeclaredOption> CommandLine::declared_options() const {
     return declared;
 }
 
+std::string CommandLine::name() const {
+    return owned_->get_name();
+}
+
 std::optional<std::string> CommandLine::help_of(const std::string& subcommand) const {
+    // App::help() is that of the subcommand which was given
+    if (subcommand.empty())
+        return owned_->get_formatter()->make_help(owned_.get(), owned_->get_name(),
+                                                  CLI::AppFormatMode::Normal);
     for (const CLI::App* const sub : named_subcommands(*owned_))
         if (sub->get_name() == subcommand) return sub->help(owned_->get_name());
     return std::nullopt;

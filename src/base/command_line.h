@@ -178,7 +178,10 @@ class CommandLine : public Command {
     /// Of all commands, without flags.
     std::vector<DeclaredOption> declared_options() const;
 
-    /// What --help prints of a subcommand of the program; nothing where there is none of this name.
+    /// As it stands in the usage line.
+    std::string name() const;
+    /// What --help prints of a subcommand, or of the program if the name is empty; nothing where
+    /// there is no such subcommand.
     std::optional<std::string> help_of(const std::string& subcommand) const;
 
     /// Sets the destinations, then runs the callbacks of the commands that were given.

@@ -1,62 +1,73 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "app/commands.h"
-#include "app/exit_codes.h"
-#include "app/help_topics.h"
+#include "base/help_command.h"
+
 #include "base/nearest_names.h"
 
 #include <fmt/format.h>
 
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
-namespace velatura::app {
+namespace velatura {
 
 namespace {
 
-std::string topic_list() {
-    std::string text = "Topics of `velatura help TOPIC`:\n";
-    for (const HelpTopic& topic : help_topics())
+/// What `help` prints without a name.
+std::string overview(const CommandLine& app, std::span<const HelpTopic> topics) {
+    if (topics.empty()) return app.help_of("").value_or("");
+    const std::string name = app.name();
+    std::string text = fmt::format("Topics of `{} help TOPIC`:\n", name);
+    for (const HelpTopic& topic : topics)
         text += fmt::format("  {:<10}{}\n", topic.name, topic.summary);
-    return text + "`velatura help COMMAND` prints the help of a command.\n";
+    return text + fmt::format("`{} help COMMAND` prints the help of a command.\n", name);
 }
 
-int print_help(const CommandLine& app, const std::string& name) {
-    if (name.empty()) {
-        fmt::print("{}", topic_list());
-        return Done;
-    }
-    std::vector<std::string> known;
-    for (const HelpTopic& topic : help_topics()) {
-        if (name == topic.name) {
-            fmt::print("{}", topic.text);
-            return Done;
-        }
-        known.emplace_back(topic.name);
-    }
-    if (const std::optional<std::string> text = app.help_of(name)) {
-        fmt::print("{}", *text);
-        return Done;
-    }
-    fmt::print(stderr, "error: no help topic \"{}\"{} [usage]\n{}", name, did_you_mean(name, known),
-               topic_list());
-    return UsageError;
+std::vector<std::string> known_names(const CommandLine& app, std::span<const HelpTopic> topics) {
+    std::set<std::string> names;
+    for (const HelpTopic& topic : topics) names.emplace(topic.name);
+    for (const DeclaredOption& option : app.declared_options())
+        names.insert(option.command.substr(0, option.command.find(' ')));
+    return {names.begin(), names.end()};
+}
+
+CommandExit page_of(const CommandLine& app,
+                    std::span<const HelpTopic> topics,
+                    const std::string& name) {
+    constexpr int done = 0, usage_error = 2;
+    if (name.empty()) return {done, overview(app, topics), {}};
+    for (const HelpTopic& topic : topics)
+        if (name == topic.name) return {done, std::string(topic.text), {}};
+    if (const std::optional<std::string> text = app.help_of(name)) return {done, *text, {}};
+    const std::string message =
+        fmt::format("no {} \"{}\"{}", topics.empty() ? "command" : "help topic", name,
+                    did_you_mean(name, known_names(app, topics)));
+    return {usage_error, fmt::format("error: {} [usage]\n{}", message, overview(app, topics)),
+            message};
 }
 
 }  // namespace
 
-void add_help_command(CommandLine& app, std::function<int()>& run) {
+void add_help_command(CommandLine& app,
+                      std::function<int()>& run,
+                      std::span<const HelpTopic> topics,
+                      std::function<int(const CommandExit&)> end) {
     std::string names;
-    for (const HelpTopic& topic : help_topics())
+    for (const HelpTopic& topic : topics)
         names += (names.empty() ? "" : ", ") + std::string(topic.name);
-    Command command =
-        app.add_subcommand("help", "Print a help topic (" + names + ") or the help of a command");
-    auto topic = std::make_shared<std::string>();
-    command.add_option("topic", *topic, "Topic or command");
-    command.example("velatura help farm");
-    command.callback(
-        [&app, topic, &run] { run = [&app, topic] { return print_help(app, *topic); }; });
+    Command command = app.add_subcommand(
+        "help", names.empty() ? std::string("Print the help of a command")
+                              : "Print a help topic (" + names + ") or the help of a command");
+    auto wanted = std::make_shared<std::string>();
+    command.add_option(topics.empty() ? "command" : "topic", *wanted,
+                       topics.empty() ? "Command" : "Topic or command");
+    command.example(app.name() + (topics.empty() ? " help mix" : " help farm"));
+    command.callback([&app, &run, topics, wanted, end = std::move(end)] {
+        run = [&app, topics, wanted, end] { return end(page_of(app, topics, *wanted)); };
+    });
 }
 
-}  // namespace velatura::app
+}  // namespace velatura

@@ -109,6 +109,16 @@ TEST(Help, TheCommandPrintsTopicsAndCommands) {
     EXPECT_EQ(info.exit_code, 0);
     EXPECT_NE(info.output.find("Usage: velatura info [OPTIONS] scene"), std::string::npos)
         << info.output;
+    EXPECT_NE(w.velatura("help rendr").output.find("(did you mean 'render'?)"), std::string::npos);
+    const test::CommandResult mix = w.comp("help mix");
+    EXPECT_EQ(mix.exit_code, 0);
+    EXPECT_EQ(mix.output, w.comp("mix --help").output);
+    EXPECT_EQ(w.comp("help").output, w.comp("--help").output);
+    const test::CommandResult nothing = w.comp("help mxx");
+    EXPECT_EQ(nothing.exit_code, 2);
+    EXPECT_NE(nothing.output.find("error: no command \"mxx\" (did you mean 'mix'?) [usage]"),
+              std::string::npos)
+        << nothing.output;
     const test::CommandResult wrong = w.velatura("help securty");
     EXPECT_EQ(wrong.exit_code, 2);
     EXPECT_NE(wrong.output.find("error: no help topic \"securty\" (did you mean 'security'?)"),
