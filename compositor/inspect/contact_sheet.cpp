@@ -44,9 +44,6 @@ Listing listing_of(const image::Image& image) {
     return listing;
 }
 
-/// Of patterns.
-constexpr const char* half_endings[] = {"_hA", "_hB", "_h?", "_h*", "_h[AB]"};
-
 bool is_half(const std::string& name) {
     return name.ends_with("_hA") || name.ends_with("_hB");
 }
@@ -63,21 +60,16 @@ bool matches(const std::string& name, const std::vector<std::string>& patterns) 
     });
 }
 
-/// Whether a pattern that ends in the name of halves fits: `C_*_hA`, `*_h?`.
-bool matches_as_half(const std::string& name, const std::vector<std::string>& patterns) {
-    return std::any_of(patterns.begin(), patterns.end(), [&](const std::string& p) {
-        const bool names_halves =
-            std::any_of(std::begin(half_endings), std::end(half_endings),
-                        [&](const char* ending) { return p.ends_with(ending); });
-        return names_halves && fnmatch(p.c_str(), name.c_str(), 0) == 0;
-    });
-}
-
+/// A pattern that fits a half and not its layer as well names halves: `C_*_hA`, not `C_*`.
 bool is_wanted(const std::string& name, const SheetOptions& options) {
     const bool shows_all = options.patterns.empty();
     if (!is_half(name)) return shows_all || matches(name, options.patterns);
-    if (matches_as_half(name, options.patterns)) return true;
-    return options.halves && (shows_all || matches(layer_of_half(name), options.patterns));
+    const std::string stem = name.substr(0, name.size() - 3);
+    const bool names_halves = std::any_of(
+        options.patterns.begin(), options.patterns.end(),
+        [&](const std::string& p) { return matches(name, {p}) && !matches(stem, {p}); });
+    return names_halves ||
+           (options.halves && (shows_all || matches(layer_of_half(name), options.patterns)));
 }
 
 std::string stops_text(float stops) {
