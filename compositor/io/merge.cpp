@@ -62,10 +62,13 @@ std::string differences(const nlohmann::json& a, const nlohmann::json& b) {
     return count > max_told ? fmt::format("{}, and {} more", text, count - max_told) : text;
 }
 
-/// What the file says of what rendered it; nothing where it says nothing.
-nlohmann::json origin_of(const Input& input, const char* what) {
+/// What the file says of its settings, beside its first sample.
+nlohmann::json settings_of(const Input& input) {
     const auto all = nlohmann::json::parse(input.info.settings_json, nullptr, false);
-    return all.is_object() && all.contains(what) ? all[what] : nlohmann::json();
+    if (!all.is_object()) return {};
+    nlohmann::json settings = all.value("settings", nlohmann::json::object());
+    if (settings.is_object() && all.contains("build")) settings["build"] = all["build"];
+    return settings;
 }
 
 std::string text_of(const image::Window& w) {
@@ -86,16 +89,10 @@ std::string mismatch(const Input& a, const Input& b) {
         return differ(fmt::format("show different scenes: the hashes of their layers are {} and {}",
                                   a.samples.scene_hash, b.samples.scene_hash));
     }
-    // Another build may trace other paths by the same settings
-    const nlohmann::json build_a = origin_of(a, "build"), build_b = origin_of(b, "build");
-    if (build_a != build_b)
-        return differ(fmt::format("were rendered by different builds of velatura: {} and {}",
-                                  build_a.dump(), build_b.dump()));
     const bool has_same_settings = a.samples.settings_hash == b.samples.settings_hash;
-    const std::string settings =
-        has_same_settings ? std::string()
-                          : differences(origin_of(a, "settings"), origin_of(b, "settings"));
-    if (!settings.empty()) return differ("were rendered with different settings" + settings);
+    // The hash leaves the build out
+    if (const std::string settings = differences(settings_of(a), settings_of(b)); !settings.empty())
+        return differ("were rendered with different settings" + settings);
     if (a.samples.seed != b.samples.seed)
         return differ(
             fmt::format("have different seeds: {} and {}", a.samples.seed, b.samples.seed));

@@ -121,8 +121,12 @@ TEST(Merge, RefusesWhatDoesNotFit) {
                   info.settings_json =
                       R"({"build": "b", "firstSample": 4, "settings": {"--filter": "gaussian"}})";
               })},
-        {"different builds of velatura: \"b\" and \"c\"",
-         part("build", 4, 8, [](auto&, auto& info) { info.settings_json = R"({"build": "c"})"; })},
+        {"different settings: build b and c",
+         part("build", 4, 8,
+              [](auto&, auto& info) {
+                  info.settings_json =
+                      R"({"build": "c", "settings": {"--filter": "box", "--max-depth": "4"}})";
+              })},
         {"different seeds: 5 and 6", part("seed", 4, 8, [](auto&, auto& info) { info.seed = 6; })},
         {"different layers: halves true and false",
          part("layers", 4, 8, [](auto& set, auto&) { set.halves = false; })},
