@@ -44,7 +44,7 @@ int run_command(int argc, char** argv) {
     add_denoise_command(app, run);
     add_preset_command(app, run);
     add_bake_command(app, run);
-    add_help_command(app, run, {}, end_with);
+    add_help_command(app, run, {}, end_with).example("velatura-comp help mix");
     if (const std::optional<CommandExit> ended = app.parse(argc, argv)) return end_with(*ended);
     return run ? run() : int(usage);
 }

@@ -68,7 +68,7 @@ int run_command(int argc, char** argv) {
     add_selftest_command(app, run);
     add_flatten_command(app, run);
     add_import_command(app, run);
-    add_help_command(app, run, help_topics(), end_with);
+    add_help_command(app, run, help_topics(), end_with).example("velatura help farm");
     app.set_default_subcommand("render", is_scene_name);
     if (const std::optional<CommandExit> ended = app.parse(argc, argv)) return end_with(*ended);
     read_truncated_pages_as_zeros();

@@ -51,10 +51,10 @@ CommandExit page_of(const CommandLine& app,
 
 }  // namespace
 
-void add_help_command(CommandLine& app,
-                      std::function<int()>& run,
-                      std::span<const HelpTopic> topics,
-                      std::function<int(const CommandExit&)> end) {
+Command add_help_command(CommandLine& app,
+                         std::function<int()>& run,
+                         std::span<const HelpTopic> topics,
+                         std::function<int(const CommandExit&)> end) {
     std::string names;
     for (const HelpTopic& topic : topics)
         names += (names.empty() ? "" : ", ") + std::string(topic.name);
@@ -64,10 +64,10 @@ void add_help_command(CommandLine& app,
     auto wanted = std::make_shared<std::string>();
     command.add_option(topics.empty() ? "command" : "topic", *wanted,
                        topics.empty() ? "Command" : "Topic or command");
-    command.example(app.name() + (topics.empty() ? " help mix" : " help farm"));
     command.callback([&app, &run, topics, wanted, end = std::move(end)] {
         run = [&app, topics, wanted, end] { return end(page_of(app, topics, *wanted)); };
     });
+    return command;
 }
 
 }  // namespace velatura

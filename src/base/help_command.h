@@ -20,9 +20,9 @@ struct HelpTopic {
 /// before it, or, where there is no such page, code 2 and what there is. Sets `run` when the
 /// command line asks for it; `run` returns what `end` does. `app`, `run` and what the topics refer
 /// to must outlive the run.
-void add_help_command(CommandLine& app,
-                      std::function<int()>& run,
-                      std::span<const HelpTopic> topics,
-                      std::function<int(const CommandExit&)> end);
+Command add_help_command(CommandLine& app,
+                         std::function<int()>& run,
+                         std::span<const HelpTopic> topics,
+                         std::function<int(const CommandExit&)> end);
 
 }  // namespace velatura
