@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <stdexcept>
 #include <vector>
 
 namespace velatura::test {
@@ -92,6 +93,21 @@ def Material "M"
     }
 }
 )usda";
+}
+
+bool copy_made_scene(const Workplace& w, const std::string& name) {
+    const fs::path scenes = w.path("scenes"), source = fs::path(VELATURA_SOURCE_DIR) / "scenes";
+    fs::create_directory(scenes);
+    for (const std::string& part : {name, std::string("tools")})
+        fs::copy(source / part, scenes / part, fs::copy_options::recursive);
+    fs::copy(source / "make.py", scenes / "make.py");
+    const fs::path complete = scenes / name / "generated" / "complete";
+    if (!fs::exists(scenes / name / "generate.py") || fs::exists(complete)) return true;
+    const std::string line = fmt::format("/usr/bin/python3 '{}' {} >/dev/null 2>&1",
+                                         (scenes / "make.py").string(), name);
+    if (std::system(line.c_str()) != 0) throw std::runtime_error(line + " failed");
+    // make.py leaves out what it has no library for
+    return fs::exists(complete);
 }
 
 std::string small_scene() {

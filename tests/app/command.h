@@ -44,6 +44,10 @@ class Workplace {
     std::string folder_;
 };
 
+/// Copies scenes/NAME of the project to scenes/NAME of the workplace and makes what it generates.
+/// Returns: false where a library that its generator needs is not installed.
+bool copy_made_scene(const Workplace& w, const std::string& name);
+
 /// A lit corner with two named lights and a dome.
 std::string small_scene();
 

@@ -8,7 +8,6 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
@@ -183,11 +182,9 @@ TEST_F(EffectsCommand, RefusesNamesThatMeanNothing) {
 
 /// The example of docs/reference/effects.md is a scene of the tree: what it counts is counted here.
 TEST(EffectsDocs, TheExampleCountsAsThePlanDoes) {
-    if (!std::filesystem::exists(VELATURA_SOURCE_DIR "/scenes/atelier/generated/complete"))
-        GTEST_SKIP() << "python3 scenes/make.py atelier was not run";
     const Workplace w;
-    const CommandResult plan =
-        w.velatura("plan '" VELATURA_SOURCE_DIR "/scenes/atelier/atelier.usda'");
+    ASSERT_TRUE(copy_made_scene(w, "atelier"));
+    const CommandResult plan = w.velatura("plan scenes/atelier/atelier.usda");
     ASSERT_EQ(plan.exit_code, 0) << plan.output;
     std::ifstream file(VELATURA_SOURCE_DIR "/docs/reference/effects.md");
     const std::string docs((std::istreambuf_iterator<char>(file)), {});

@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <bit>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <vector>
 
@@ -97,22 +96,9 @@ class SceneClosure : public testing::TestWithParam<std::string> {};
 
 TEST_P(SceneClosure, HoldsBitForBit) {
     const Workplace w;
-    const fs::path scenes = w.path("scenes"), source = fs::path(VELATURA_SOURCE_DIR) / "scenes";
-    fs::create_directory(scenes);
     const std::string name = GetParam();
-    for (const std::string& part : {name, std::string("tools")})
-        fs::copy(source / part, scenes / part, fs::copy_options::recursive);
-    fs::copy(source / "make.py", scenes / "make.py");
-    if (fs::exists(scenes / name / "generate.py") &&
-        !fs::exists(scenes / name / "generated" / "complete")) {
-        const std::string line = fmt::format("/usr/bin/python3 '{}' {} >/dev/null 2>&1",
-                                             (scenes / "make.py").string(), name);
-        ASSERT_EQ(std::system(line.c_str()), 0) << line;
-        // make.py leaves out what it has no library for
-        if (!fs::exists(scenes / name / "generated" / "complete"))
-            GTEST_SKIP() << "scenes/" << name << " needs python3-openvdb";
-    }
-    for (const std::string& file : scenes_in(scenes / name))
+    if (!copy_made_scene(w, name)) GTEST_SKIP() << "scenes/" << name << " needs python3-openvdb";
+    for (const std::string& file : scenes_in(fs::path(w.path("scenes")) / name))
         expect_closure(w, fmt::format("scenes/{}/{}", name, file),
                        "--res 24 16 --spp 3 --bounces 3");
 }
