@@ -31,6 +31,8 @@ std::string tier_of(const std::string& path);
 std::vector<std::string> check_tier_includes(const SourceFile&);
 std::vector<std::string> check_libraries(const SourceFile&);
 std::vector<std::string> check_file_size(const SourceFile&);
+/// No class of the project has more than 25 private methods.
+std::vector<std::string> check_private_methods(const SourceFile&);
 std::vector<std::string> check_spdx(const SourceFile&);
 std::vector<std::string> check_namespace(const SourceFile&);
 std::vector<std::string> check_pragma_once(const SourceFile&);

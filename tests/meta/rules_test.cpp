@@ -2,6 +2,8 @@
 // Tests of the tests: every rule must catch a planted violation and must let its clean twin pass.
 #include "meta/rules.h"
 
+#include "meta/classes.h"
+
 #include <gtest/gtest.h>
 
 namespace velatura::meta {
@@ -76,6 +78,46 @@ TEST(Rules, OneRenderer) {
     EXPECT_TRUE(
         check_one_renderer(make_file("src/app/a.cpp", "void f(const integrator::World& world);\n"))
             .empty());
+}
+
+TEST(Rules, PrivateMethods) {
+    const std::string head = "template <class T>\nclass Big final : public Base {\n";
+    const auto sizes = [&](const std::string& body) {
+        return classes_of(make_file("src/film/a.h", head + body + "};\n"));
+    };
+    // Methods: declared, defined, templates, operators, constructors with initializers
+    const std::vector<ClassSize> all = sizes(
+        "    void a();\n    int b() const { return c(1); }\n  public:\n    void open();\n"
+        "  private:\n    template <class U>\n    std::pair<U, int> c(std::function<void(U)> f = "
+        "{});\n"
+        "    Big(int x) : x_(x), y_{x} { call(x); }\n    bool operator<(const Big&) const = "
+        "default;\n"
+        "    [[nodiscard]] Big& operator=(const Big&) = delete;\n");
+    ASSERT_EQ(all.size(), 1u);
+    EXPECT_EQ(all[0].name, "Big");
+    EXPECT_EQ(all[0].line, 2u);
+    EXPECT_EQ(all[0].private_methods, 6u);
+    // Not methods
+    const std::vector<ClassSize> none = sizes(
+        "    std::function<void(int)> f_;\n    int x_ = max(1, 2), y_{max(1, 2)};\n"
+        "    // void comment();\n    static_assert(sizeof(int) == 4);\n"
+        "    friend void swap(Big&, Big&);\n    using F = void (*)(int);\n    void (*p_)(int);\n"
+        "    const char* text_ = \"void f();\";\n    std::function<int()> g_ = [] { return f(); "
+        "};\n"
+        "    struct Part {\n        void shown();\n      private:\n        void hidden();\n    };\n"
+        "    class Later;\n    enum class E { A, B };\n    alignas(8) int z_ = 1'000;\n");
+    ASSERT_EQ(none.size(), 2u);
+    EXPECT_EQ(none[0].name, "Part");
+    EXPECT_EQ(none[0].private_methods, 1u);
+    EXPECT_EQ(none[1].private_methods, 0u);
+
+    std::string methods;
+    for (int i = 0; i < 25; ++i) methods += "    void f" + std::to_string(i) + "();\n";
+    EXPECT_TRUE(check_private_methods(make_file("src/film/a.h", head + methods + "};\n")).empty());
+    methods += "    void one_more();\n";
+    EXPECT_EQ(check_private_methods(make_file("src/film/a.h", head + methods + "};\n")),
+              (Violations{"src/film/a.h:2: Big has 26 private methods, more than 25"}));
+    EXPECT_TRUE(check_private_methods(make_file("tests/a.h", head + methods + "};\n")).empty());
 }
 
 TEST(Rules, StandardIncludesOfHeaders) {

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // The rules of the house, applied to the source tree as it stands.
+#include "meta/classes.h"
 #include "meta/house.h"
 #include "meta/rules.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <iostream>
 #include <set>
 #include <sstream>
 
@@ -67,6 +70,23 @@ TEST(Tree, LibrariesStayBehindTheirTiers) {
 
 TEST(Tree, FilesAreShort) {
     expect_none(report_all(check_file_size));
+}
+
+TEST(Tree, ClassesHaveFewPrivateMethods) {
+    expect_none(report_all(check_private_methods));
+}
+
+TEST(Tree, SizesOfTiers) {
+    // Shown by ctest -V: where a tier grows
+    const std::vector<TierSize> sizes = tier_sizes(tree());
+    std::cout << tier_size_table(sizes);
+    const auto integrator = std::find_if(
+        sizes.begin(), sizes.end(), [](const TierSize& size) { return size.tier == "integrator"; });
+    ASSERT_NE(integrator, sizes.end());
+    EXPECT_GT(integrator->files, 50u);
+    EXPECT_GT(integrator->lines, integrator->files * integrator->median_lines / 2);
+    EXPECT_GT(integrator->largest_class.private_methods, 0u);
+    for (const TierSize& size : sizes) EXPECT_EQ(size.upward_includes, 0u) << size.tier;
 }
 
 TEST(Tree, FilesBeginWithTheSpdxLine) {
