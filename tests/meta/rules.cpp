@@ -398,6 +398,50 @@ std::vector<std::string> check_pages(const SourceFile& file, const std::vector<S
     return out;
 }
 
+std::vector<std::string> check_named_sources(const SourceFile& file,
+                                             const std::vector<SourceFile>& tree) {
+    const bool is_guide = file.is_below("docs/engineering/") || file.path == "CONTRIBUTING.md" ||
+                          base_name(file.path) == "README.md";
+    if (!is_guide) return {};
+    static const std::regex pattern(R"(`([\w./-]+\.(?:cpp|h))`( \((?:[^()]|\(\))*\))?)");
+    static const std::regex name(R"(`([\w:]*?(\w+))(?:\(\))?`)");
+    const auto find = [&](const fs::path& path) {
+        const std::string normal = path.lexically_normal().generic_string();
+        const auto found = std::find_if(tree.begin(), tree.end(),
+                                        [&](const SourceFile& f) { return f.path == normal; });
+        return found == tree.end() ? nullptr : &*found;
+    };
+    std::vector<std::string> out;
+    for (size_t i = 0; i < file.lines.size(); ++i) {
+        const std::string& line = file.lines[i];
+        // A name without its folder is of the same folder as the one before it
+        fs::path folder = parent_folder(file.path);
+        for (std::sregex_iterator match(line.begin(), line.end(), pattern), end; match != end;
+             ++match) {
+            const std::string path = (*match)[1];
+            const SourceFile* source = find(folder / path);
+            if (!source) source = find(path);
+            if (!source) source = find(fs::path("src") / path);
+            if (!source) source = find(fs::path(parent_folder(file.path)) / path);
+            if (!source) {
+                out.push_back(violation(file, i + 1, "there is no " + path));
+                continue;
+            }
+            folder = parent_folder(source->path);
+            const std::string more = (*match)[2];
+            for (std::sregex_iterator inner(more.begin(), more.end(), name); inner != end;
+                 ++inner) {
+                const std::regex word("\\b" + (*inner)[2].str() + "\\b");
+                if (std::none_of(source->lines.begin(), source->lines.end(),
+                                 [&](const std::string& l) { return std::regex_search(l, word); }))
+                    out.push_back(violation(file, i + 1,
+                                            source->path + " does not name " + (*inner)[1].str()));
+            }
+        }
+    }
+    return out;
+}
+
 std::vector<std::string> check_tier_readmes(const std::vector<SourceFile>& tree) {
     std::vector<std::string> out;
     for (const auto& [tier, right] : tier_table()) {

@@ -59,6 +59,11 @@ std::vector<std::string> check_worst_of_numbers(const SourceFile&);
 /// A page (.md) that is named exists: relative to the file or, unless it is a link, to docs/ or the
 /// root, or in a folder of docs/ by its name alone.
 std::vector<std::string> check_pages(const SourceFile&, const std::vector<SourceFile>& tree);
+/// Source files that architecture.md and pages like it name in backticks exist: by their path from
+/// the root or src/, or in the folder of the page or of the file named before in the line. Names in
+/// parentheses behind a file stand in that file.
+std::vector<std::string> check_named_sources(const SourceFile&,
+                                             const std::vector<SourceFile>& tree);
 /// Rules on folders.
 std::vector<std::string> check_tier_readmes(const std::vector<SourceFile>& tree);
 std::vector<std::string> check_listed_in_cmake(const std::vector<SourceFile>& tree);

@@ -120,6 +120,26 @@ TEST(Rules, PrivateMethods) {
     EXPECT_TRUE(check_private_methods(make_file("tests/a.h", head + methods + "};\n")).empty());
 }
 
+TEST(Rules, NamedSources) {
+    const std::vector<SourceFile> tree = {
+        make_file("src/film/film.h", "struct Film;\nvoid add();\n"),
+        make_file("src/film/film.cpp", "void Film::add() {}\n")};
+    const auto violations = [&](const std::string& path, const std::string& text) {
+        return check_named_sources(make_file(path, text + "\n"), tree);
+    };
+    const std::string page = "docs/engineering/architecture.md";
+    EXPECT_TRUE(
+        violations(page, "`src/film/film.h` (`Film`, sums; `Film::add()`), `film.cpp`").empty());
+    EXPECT_TRUE(violations("src/film/README.md", "`film.h`: sums; `film/film.cpp`").empty());
+    EXPECT_TRUE(violations("docs/reference/a.md", "`none.h`").empty());
+    EXPECT_EQ(violations(page, "`film.cpp`"),
+              (Violations{"docs/engineering/architecture.md:1: there is no film.cpp"}));
+    EXPECT_EQ(violations(page, "`src/film/film.h` (`Film::take`)"),
+              (Violations{"docs/engineering/architecture.md:1: src/film/film.h does not name "
+                          "Film::take"}));
+    EXPECT_EQ(violations("src/film/README.md", "`film.h`, `sums.h`").size(), 1u);
+}
+
 TEST(Rules, StandardIncludesOfHeaders) {
     const auto violations = [](const std::string& path, const std::string& text) {
         return check_standard_includes(make_file(path, text));

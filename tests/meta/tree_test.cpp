@@ -145,6 +145,10 @@ TEST(Tree, PagesThatAreNamedExist) {
     expect_none(report_all([](const SourceFile& f) { return check_pages(f, tree()); }));
 }
 
+TEST(Tree, SourcesThatPagesNameExist) {
+    expect_none(report_all([](const SourceFile& f) { return check_named_sources(f, tree()); }));
+}
+
 TEST(Tree, SourcesIncludeTheirOwnHeaderFirst) {
     expect_none(report_all([](const SourceFile& f) { return check_own_header_first(f, tree()); }));
 }
