@@ -221,6 +221,13 @@ CLI::Validator between(T min, T max) {
         std::string());
 }
 
+/// Checks numbers and says in the help which ones are valid.
+template <class T>
+void limit(CLI::Option* option, std::string& range, T min, T max) {
+    option->check(between(min, max));
+    range = bound(min) + " to " + bound(max);
+}
+
 /// Value of a destination as typed; empty where there is none to show.
 std::string shown(const std::string& value) {
     return value;
@@ -357,26 +364,22 @@ Option Option::hidden() {
 }
 
 Option Option::range(int min, int max) {
-    option_->check(between(min, max));
-    all_->help[option_].range = bound(min) + " to " + bound(max);
+    limit(option_, all_->help[option_].range, min, max);
     return *this;
 }
 
 Option Option::range(uint64_t min, uint64_t max) {
-    option_->check(between(min, max));
-    all_->help[option_].range = bound(min) + " to " + bound(max);
+    limit(option_, all_->help[option_].range, min, max);
     return *this;
 }
 
 Option Option::range(float min, float max) {
-    option_->check(between(min, max));
-    all_->help[option_].range = bound(min) + " to " + bound(max);
+    limit(option_, all_->help[option_].range, min, max);
     return *this;
 }
 
 Option Option::range(double min, double max) {
-    option_->check(between(min, max));
-    all_->help[option_].range = bound(min) + " to " + bound(max);
+    limit(option_, all_->help[option_].range, min, max);
     return *this;
 }
 

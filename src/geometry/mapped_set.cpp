@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "geometry/mapped_set.h"
 
+#include "geometry/absolute.h"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -11,17 +13,6 @@ namespace {
 
 constexpr double largest_distortion = 0x1p20;
 constexpr double double_error = 16.0 * 0x1p-53;
-
-Vec3d absolute(const Vec3d& v) {
-    return {std::abs(v.x), std::abs(v.y), std::abs(v.z)};
-}
-
-Mat3d absolute(const Mat3d& m) {
-    Mat3d out;
-    for (int i = 0; i < 3; ++i)
-        for (int k = 0; k < 3; ++k) out[i][k] = std::abs(m[i][k]);
-    return out;
-}
 
 double largest_entry(const Mat3d& m) {
     double max = 0;

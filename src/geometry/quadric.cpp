@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "geometry/quadric.h"
 
+#include "geometry/absolute.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,17 +15,6 @@ namespace {
 using Kind = scene::Gprim::Kind;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-
-Vec3d absolute(const Vec3d& v) {
-    return {std::abs(v.x), std::abs(v.y), std::abs(v.z)};
-}
-
-Mat3d absolute(const Mat3d& m) {
-    Mat3d out;
-    for (int i = 0; i < 3; ++i)
-        for (int k = 0; k < 3; ++k) out[i][k] = std::abs(m[i][k]);
-    return out;
-}
 
 /// Largest sum of absolute values in a column: how much longer a vector's largest component grows.
 double growth(const Mat3d& m) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "geometry/refinement.h"
 
+#include "base/box.h"
 #include "base/tasks.h"
 #include "geometry/shape_list.h"
 #include "geometry/tessellate.h"
@@ -44,19 +45,9 @@ Box3d bounds_of(const scene::Prototype& prototype) {
     return box;
 }
 
-Box3d moved_box(const Box3d& box, const Mat4d& m) {
-    Box3d out;
-    for (int i = 0; i < 8; ++i)
-        out.extendBy(
-            transform_point(Vec3d(i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
-                                  i & 4 ? box.max.z : box.min.z),
-                            m));
-    return out;
-}
-
 /// How large a box of a prototype gets in the image under the matrix, at its nearest point.
 double extent_in_image(const Box3d& box, const Mat4d& m, const DicingView& view) {
-    const Box3d placed = moved_box(box, m);
+    const Box3d placed = transformed(box, m);
     Vec3d nearest;
     for (int k = 0; k < 3; ++k) nearest[k] = std::clamp(0.0, placed.min[k], placed.max[k]);
     const double pixels = view.density(nearest) * (placed.max - placed.min).length();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "geometry/ribbons.h"
 
+#include "geometry/absolute.h"
 #include "geometry/bezier.h"
 
 #include <algorithm>
@@ -9,10 +10,6 @@
 namespace velatura::geometry {
 
 namespace {
-
-Vec3d absolute(const Vec3d& v) {
-    return {std::abs(v.x), std::abs(v.y), std::abs(v.z)};
-}
 
 double cross(const Vec2d& a, const Vec2d& b) {
     return a.x * b.y - a.y * b.x;

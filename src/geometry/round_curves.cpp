@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "geometry/round_curves.h"
 
+#include "geometry/absolute.h"
 #include "geometry/bezier.h"
 
 #include <algorithm>
@@ -23,10 +24,6 @@ constexpr double straightness = 0x1p-10;
 // Derivatives in the neighbor's direction that are smaller are taken for none: what is filled by
 // less than that is no wall that anyone could see, and rounding must not open joints.
 constexpr double filled = 0x1p-30;
-
-Vec3d absolute(const Vec3d& v) {
-    return {std::abs(v.x), std::abs(v.y), std::abs(v.z)};
-}
 
 double thickest(const Sweep& s) {
     return std::max(std::max(s.r[0], s.r[1]), std::max(s.r[2], s.r[3]));

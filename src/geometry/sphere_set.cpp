@@ -1,19 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "geometry/sphere_set.h"
 
+#include "geometry/absolute.h"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 namespace velatura::geometry {
 
-namespace {
-
-Vec3d absolute(const Vec3d& v) {
-    return {std::abs(v.x), std::abs(v.y), std::abs(v.z)};
-}
-
-}  // namespace
+namespace {}  // namespace
 
 std::shared_ptr<const SphereSet> SphereSet::make(const scene::Points& points) {
     auto set = std::make_shared<SphereSet>();

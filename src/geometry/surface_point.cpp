@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "geometry/surface_point.h"
 
+#include "geometry/absolute.h"
 #include "geometry/geometry_set.h"
 #include "geometry/triangle_mesh.h"
 #include "scene/effect_calls.h"
@@ -17,17 +18,6 @@ namespace {
 
 /// Bound of the relative error of the double operations that make a point.
 constexpr double double_error = 16.0 * 0x1p-53;
-
-Vec3d absolute(const Vec3d& v) {
-    return {std::abs(v.x), std::abs(v.y), std::abs(v.z)};
-}
-
-Mat4d absolute(const Mat4d& m) {
-    Mat4d out;
-    for (int i = 0; i < 4; ++i)
-        for (int j = 0; j < 4; ++j) out[i][j] = std::abs(m[i][j]);
-    return out;
-}
 
 /// Float error bound that is not below v: the widening outdoes the rounding.
 Vec3 cast_up(const Vec3d& v) {

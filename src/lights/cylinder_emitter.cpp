@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lights/emitters.h"
+#include "lights/length_of.h"
 
 #include <algorithm>
 #include <cmath>
 
 namespace velatura::lights {
 namespace {
-
-double length_of(const Vec3d& v) {
-    return std::sqrt(v.dot(v));
-}
 
 /// The mantle y² + z² = 1, |x| <= half of its frame, seen from outside. The angle around the axis
 /// is chosen uniformly among the visible ones, then the place along the line uniformly in the angle
@@ -101,11 +98,7 @@ class CylinderEmitter final : public Emitter {
         return {frame_.origin - extent, frame_.origin + extent};
     }
 
-    EmissionCone emission_cone() const override {
-        EmissionCone cone = shaping_.cone();
-        cone.intensity = power(0.0) / (4.0 * pi_d * shaping_.mean_over_sphere());
-        return cone;
-    }
+    EmissionCone emission_cone() const override { return shaped_cone(shaping_, power(0.0)); }
 
     double power(double) const override {
         const double girth =

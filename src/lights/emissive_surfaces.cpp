@@ -4,6 +4,7 @@
 #include "base/tasks.h"
 #include "geometry/geometry_set.h"
 #include "lights/emitter.h"
+#include "lights/length_of.h"
 #include "lights/spherical_triangle.h"
 #include "shading/material_evaluator.h"
 
@@ -24,10 +25,6 @@ using geometry::Hit;
 constexpr double dark_share = 0.02;
 /// Luminance that the triangles of a shape are taken to have when all of them look black.
 constexpr double min_luminance = 0x1p-20;
-
-double length_of(const Vec3d& v) {
-    return std::sqrt(v.dot(v));
-}
 
 /// Steps along each side of a triangle when its texture is averaged: many for few triangles.
 int lookup_steps(size_t triangles) {

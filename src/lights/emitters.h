@@ -5,6 +5,7 @@
 #include "base/result.h"
 #include "lights/emitter.h"
 #include "lights/environment_image.h"
+#include "lights/shaping.h"
 #include "scene/light.h"
 
 #include <memory>
@@ -44,6 +45,14 @@ double area_of(const Emitter& emitter);
 /// Rows of the matrix: images of the axes and of the origin.
 inline Vec3d axis_of(const Mat4d& m, int row) {
     return {m[row][0], m[row][1], m[row][2]};
+}
+
+/// Cone of a shape that emits alike to all sides where nothing shapes it. power: of the shaped
+/// light.
+inline EmissionCone shaped_cone(const LightShaping& shaping, double power) {
+    EmissionCone cone = shaping.cone();
+    cone.intensity = power / (4.0 * pi_d * shaping.mean_over_sphere());
+    return cone;
 }
 
 }  // namespace velatura::lights

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lights/emitters.h"
 #include "lights/environment_map.h"
+#include "lights/length_of.h"
 #include "lights/spherical_rectangle.h"
 #include "scene/effect_calls.h"
 
@@ -17,10 +18,6 @@ constexpr double smallest_solid_angle = 1e-5;
 /// Disks that fill less are sampled by area; the others by the square around them, which costs
 /// every fifth sample.
 constexpr double smallest_disk_square = 2.0;
-
-double length_of(const Vec3d& v) {
-    return std::sqrt(v.dot(v));
-}
 
 /// Frame of a flat shape from its spanning vectors: z is the direction of emission, the image of
 /// −Z's side.

@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lights/emitters.h"
+#include "lights/length_of.h"
 
 #include <algorithm>
 #include <cmath>
 
 namespace velatura::lights {
 namespace {
-
-double length_of(const Vec3d& v) {
-    return std::sqrt(v.dot(v));
-}
 
 /// 1 − cos of half the cone that the unit sphere fills from distance d > 1; keeps its digits far
 /// away.
@@ -108,11 +105,7 @@ class SphereEmitter final : public Emitter {
         return {frame_.origin - extent, frame_.origin + extent};
     }
 
-    EmissionCone emission_cone() const override {
-        EmissionCone cone = shaping_.cone();
-        cone.intensity = power(0.0) / (4.0 * pi_d * shaping_.mean_over_sphere());
-        return cone;
-    }
+    EmissionCone emission_cone() const override { return shaped_cone(shaping_, power(0.0)); }
 
     double power(double) const override {
         // Ref: Thomsen 2004, area of an ellipsoid within 1.1 %; enough for choosing lights

@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lights/spherical_triangle.h"
 
+#include "lights/length_of.h"
+
 #include <algorithm>
 #include <cmath>
 
 namespace velatura::lights {
 namespace {
-
-double length_of(const Vec3d& v) {
-    return std::sqrt(v.dot(v));
-}
 
 /// x clamped to [0, 1]; NaN, which only views without extent bring, counts as 0.
 double unit_interval(double x) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/translate.h"
 
+#include "base/box.h"
 #include "translate/camera.h"
 #include "translate/color/color_space.h"
 #include "translate/context/instance_source.h"
@@ -48,17 +49,6 @@ void translate_content(Context& ctx) {
     content.origin = ctx.origin;
     walk_children(ctx, ctx.stage.pseudo_root(), Mat4d(), content);
     instancing::place_all(ctx, content);
-}
-
-Box3d transformed(const Box3d& box, const Mat4d& m) {
-    Box3d out;
-    if (box.isEmpty()) return out;
-    for (int i = 0; i < 8; ++i)
-        out.extendBy(
-            transform_point(Vec3d(i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
-                                  i & 4 ? box.max.z : box.min.z),
-                            m));
-    return out;
 }
 
 Box3d bounds_of(const scene::Shape& shape) {

@@ -240,23 +240,23 @@ class Parser {
     // From loose to tight: difference, intersection, union, union by blanks, complement
 
     Node expression(int depth) {
-        Node left = intersection(depth);
-        while (in_.is_good() && in_.accept_operator('-'))
-            left = joined(Op::Difference, std::move(left), intersection(depth));
-        return left;
+        return chain(Op::Difference, '-', [&] { return intersection(depth); });
     }
 
     Node intersection(int depth) {
-        Node left = set_union(depth);
-        while (in_.is_good() && in_.accept_operator('&'))
-            left = joined(Op::Intersection, std::move(left), set_union(depth));
-        return left;
+        return chain(Op::Intersection, '&', [&] { return set_union(depth); });
     }
 
     Node set_union(int depth) {
-        Node left = implied_union(depth);
-        while (in_.is_good() && in_.accept_operator('+'))
-            left = joined(Op::Union, std::move(left), implied_union(depth));
+        return chain(Op::Union, '+', [&] { return implied_union(depth); });
+    }
+
+    /// Operands of one operator, from left to right.
+    template <class Operand>
+    Node chain(Op op, char sign, const Operand& operand) {
+        Node left = operand();
+        while (in_.is_good() && in_.accept_operator(sign))
+            left = joined(op, std::move(left), operand());
         return left;
     }
 

@@ -57,15 +57,25 @@ bool ArcParser::sub_layers(layer::Spec& spec, SourceLoc where) {
     return true;
 }
 
-bool ArcParser::prim_path(layer::Path owner, bool can_be_empty, layer::Path& out) {
+bool ArcParser::absolute_path(layer::Path owner,
+                              bool can_be_empty,
+                              std::string_view& text,
+                              layer::Path& out) {
     const SourceLoc where = s_.loc();
-    std::string_view text;
     if (!s_.path_text(text)) return false;
     out = {};
     if (text.empty() && can_be_empty) return true;
     const auto parsed = layer::Path::parse(text);
     if (!parsed) return s_.error("usd-path", where, parsed.error().message);
     out = parsed->make_absolute(owner.strip_variant_selections());
+    return true;
+}
+
+bool ArcParser::prim_path(layer::Path owner, bool can_be_empty, layer::Path& out) {
+    const SourceLoc where = s_.loc();
+    std::string_view text;
+    if (!absolute_path(owner, can_be_empty, text, out)) return false;
+    if (text.empty()) return true;
     if (!context_.options.allow_variants_in_arc_paths && out.has_variant_selection()) {
         return s_.error("usd-path", where,
                         fmt::format("found a variant selection in path <{}>, expected none", text));
@@ -102,14 +112,14 @@ bool ArcParser::arc(layer::Path owner, Arc& out) {
     }
 }
 
-template <class Arc>
-bool ArcParser::arc_list(
-    layer::Path owner, layer::Spec& spec, layer::Token field, ListEdit edit, SourceLoc where) {
-    std::vector<Arc> arcs;
+template <class Item, class ReadItem>
+bool ArcParser::item_list(
+    layer::Spec& spec, layer::Token field, ListEdit edit, SourceLoc where, const ReadItem& read) {
+    std::vector<Item> items;
     const auto one = [&] {
-        Arc item;
-        if (!arc(owner, item)) return false;
-        arcs.push_back(std::move(item));
+        Item item;
+        if (!read(item)) return false;
+        items.push_back(std::move(item));
         return true;
     };
     bool is_none = false;
@@ -118,44 +128,31 @@ bool ArcParser::arc_list(
         const bool ok = s_.peek() == '[' ? values_.bracketed('[', ']', one) : one();
         if (!ok) return false;
     }
-    return store_list(context_, spec, field, edit, std::move(arcs), where);
+    return store_list(context_, spec, field, edit, std::move(items), where);
 }
 
 bool ArcParser::references(layer::Path owner, layer::Spec& spec, ListEdit edit, SourceLoc where) {
-    return arc_list<layer::Reference>(owner, spec, names_.references, edit, where);
+    return item_list<layer::Reference>(
+        spec, names_.references, edit, where,
+        [&](layer::Reference& reference) { return arc(owner, reference); });
 }
 
 bool ArcParser::payloads(layer::Path owner, layer::Spec& spec, ListEdit edit, SourceLoc where) {
-    return arc_list<layer::Payload>(owner, spec, names_.payload, edit, where);
+    return item_list<layer::Payload>(spec, names_.payload, edit, where,
+                                     [&](layer::Payload& payload) { return arc(owner, payload); });
 }
 
 bool ArcParser::paths(
     layer::Path owner, layer::Spec& spec, layer::Token field, ListEdit edit, SourceLoc where) {
-    std::vector<layer::Path> paths;
-    const auto one = [&] {
-        layer::Path path;
-        if (!prim_path(owner, false, path)) return false;
-        paths.push_back(path);
-        return true;
-    };
-    bool is_none = false;
-    if (!accept_none(edit, is_none)) return false;
-    if (!is_none) {
-        const bool ok = s_.peek() == '[' ? values_.bracketed('[', ']', one) : one();
-        if (!ok) return false;
-    }
-    return store_list(context_, spec, field, edit, std::move(paths), where);
+    return item_list<layer::Path>(spec, field, edit, where,
+                                  [&](layer::Path& path) { return prim_path(owner, false, path); });
 }
 
 bool ArcParser::relocate_path(layer::Path owner, bool can_be_empty, layer::Path& out) {
     const SourceLoc where = s_.loc();
     std::string_view text;
-    if (!s_.path_text(text)) return false;
-    out = {};
-    if (text.empty() && can_be_empty) return true;
-    const auto parsed = layer::Path::parse(text);
-    if (!parsed) return s_.error("usd-path", where, parsed.error().message);
-    out = parsed->make_absolute(owner.strip_variant_selections());
+    if (!absolute_path(owner, can_be_empty, text, out)) return false;
+    if (text.empty()) return true;
     if (!out.is_prim() || out.has_variant_selection()) {
         return s_.error("usd-path", where,
                         fmt::format("found relocation path <{}>, expected the path of a prim "

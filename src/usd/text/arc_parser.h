@@ -6,6 +6,8 @@
 #include "usd/text/list_edit.h"
 #include "usd/text/parser_context.h"
 
+#include <string_view>
+
 namespace velatura::usd::text {
 
 /// Reads the values of metadata that composition follows: sublayers, references, payloads,
@@ -26,13 +28,22 @@ class ArcParser {
     bool relocates(layer::Path owner, layer::Spec& spec, layer::Token field, SourceLoc where);
 
   private:
-    template <class Arc>
-    bool arc_list(
-        layer::Path owner, layer::Spec& spec, layer::Token field, ListEdit edit, SourceLoc where);
+    /// One item, a list of them, or None, into the edit's list of a field. read(Item&): one item.
+    template <class Item, class ReadItem>
+    bool item_list(layer::Spec& spec,
+                   layer::Token field,
+                   ListEdit edit,
+                   SourceLoc where,
+                   const ReadItem& read);
     template <class Arc>
     bool arc(layer::Path owner, Arc& out);
     /// "( offset = …; scale = … )", with customData where there is a dictionary for it.
     bool layer_offset(layer::LayerOffset& offset, layer::Dictionary* custom_data);
+    /// "<path>" below the owner, and its text; "<>" gives an empty one where it can be empty.
+    bool absolute_path(layer::Path owner,
+                       bool can_be_empty,
+                       std::string_view& text,
+                       layer::Path& out);
     bool prim_path(layer::Path owner, bool can_be_empty, layer::Path& out);
     bool relocate_path(layer::Path owner, bool can_be_empty, layer::Path& out);
     /// Reads None for a list of arcs, if it is no edit of another list; an error where it is.

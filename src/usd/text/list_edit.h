@@ -31,14 +31,6 @@ bool store_list(ParserContext& context,
                 layer::Token field,
                 ListEdit edit,
                 std::vector<T> items,
-                SourceLoc where);
-
-template <class T>
-bool store_list(ParserContext& context,
-                layer::Spec& spec,
-                layer::Token field,
-                ListEdit edit,
-                std::vector<T> items,
                 SourceLoc where) {
     using layer::ListOp;
     const ListOp<T>* old = spec.field_as<ListOp<T>>(field);
