@@ -145,16 +145,11 @@ int prove(const BakeOptions& o, const LayerStack& mixed, const bake::Bake& bake)
 int run_bake(const BakeOptions& o) {
     if (!o.output.ends_with(".usda")) return report({"bad-output", o.output + " is not .usda"});
     if (o.prove && o.scene.empty()) return report({"bad-output", "--prove needs --scene SCENE"});
-    const auto asked = o.look.look_of_frame();
-    if (!asked) return report(asked.error());
-    const auto input = o.look.input_of_frame(o.input);
-    if (!input) return report(input.error());
-    const auto stack = LayerStack::load(*input);
-    if (!stack) return report(stack.error());
-    const Look look = o.look.fitted(*stack, *asked);
-    const auto bake = bake::bake_look(*stack, look);
+    const auto mix = o.look.open(o.input);
+    if (!mix) return report(mix.error());
+    const auto bake = bake::bake_look(mix->stack, mix->look);
     if (!bake) return report(bake.error());
-    const auto text = bake::bake_layer_text(*bake, fs::path(*input).filename().string());
+    const auto text = bake::bake_layer_text(*bake, fs::path(mix->input).filename().string());
     if (!text) return report(text.error());
     if (auto written = write_file_atomically(o.output, *text); !written)
         return report(written.error());
@@ -162,7 +157,7 @@ int run_bake(const BakeOptions& o) {
     for (const std::string& line : bake->notes) fmt::print(stderr, "note: {}\n", line);
     fmt::print("{}: {} lights\n", o.output, bake->lights.size());
     if (o.prove) {
-        if (const int code = prove(o, *stack, *bake); code != done) return code;
+        if (const int code = prove(o, mix->stack, *bake); code != done) return code;
     }
     return bake->left.empty() ? done : partly;
 }

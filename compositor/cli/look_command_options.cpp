@@ -11,6 +11,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 namespace velatura::compositor::cli {
 
@@ -148,6 +149,17 @@ Result<std::string> LookOptions::input_of_frame(const std::string& input) const 
         return Error{"no-frame",
                      input + " is a sequence; choose a frame with --frame N, a whole number"};
     return frame_file(input, int(*frame));
+}
+
+Result<OpenedMix> LookOptions::open(const std::string& input) const {
+    const auto asked = look_of_frame();
+    if (!asked) return asked.error();
+    auto file = input_of_frame(input);
+    if (!file) return file.error();
+    auto stack = LayerStack::load(*file);
+    if (!stack) return stack.error();
+    Look look = fitted(*stack, *asked);
+    return OpenedMix{std::move(*file), std::move(*stack), std::move(look)};
 }
 
 Look LookOptions::fitted(const LayerStack& stack, const Look& look) const {

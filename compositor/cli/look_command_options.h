@@ -12,6 +12,13 @@
 
 namespace velatura::compositor::cli {
 
+/// A file and the look that is mixed of it.
+struct OpenedMix {
+    std::string input;  ///< of a sequence, the file of `--frame`
+    LayerStack stack;
+    Look look;
+};
+
 /// The look that a command line asks for.
 struct LookOptions {
     std::string preset, input_space;
@@ -34,6 +41,10 @@ struct LookOptions {
     /// The file that is read: of a sequence, that of `--frame`. Errors: "no-frame",
     /// "frame-missing".
     Result<std::string> input_of_frame(const std::string& input) const;
+
+    /// The input at `--frame`, and the look that fits it. Errors: those of look_of_frame(),
+    /// input_of_frame() and LayerStack::load().
+    Result<OpenedMix> open(const std::string& input) const;
 
     /// The look as it stands, or, with `--lenient`, without what the file lacks, which is printed.
     Look fitted(const LayerStack& stack, const Look& look) const;

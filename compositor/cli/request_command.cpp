@@ -69,24 +69,19 @@ void print_plan(const noise::TopUpPlan& plan) {
 
 int run_request(const RequestOptions& o) {
     if (!o.output.ends_with(".json")) return report({"bad-output", o.output + " is not .json"});
-    const auto asked = o.look.look_of_frame();
-    if (!asked) return report(asked.error());
-    const auto input = o.look.input_of_frame(o.input);
-    if (!input) return report(input.error());
-    const auto stack = LayerStack::load(*input);
-    if (!stack) return report(stack.error());
-    const Look look = o.look.fitted(*stack, *asked);
-    const auto sums = layers::read_sums_image(*input);
+    const auto mix = o.look.open(o.input);
+    if (!mix) return report(mix.error());
+    const auto sums = layers::read_sums_image(mix->input);
     if (!sums) return report(sums.error());
     const auto counts = layers::stored_counts(*sums);
     if (!counts)
         return report(
             {counts.error().code,
              fmt::format("{}: {}; render with --keep-sums, so that --resume can continue it",
-                         *input, counts.error().message)});
+                         mix->input, counts.error().message)});
     const auto goal = wish_of(o, *counts);
     if (!goal) return report(goal.error());
-    const auto plan = noise::plan_top_up(*stack, *counts, look, *goal);
+    const auto plan = noise::plan_top_up(mix->stack, *counts, mix->look, *goal);
     if (!plan) return report(plan.error());
     if (const auto written = layers::write_top_up(o.output, plan->request); !written)
         return report(written.error());

@@ -2,6 +2,7 @@
 #include "app/asset_options.h"
 
 #include "app/limit_options.h"
+#include "app/memory_options.h"
 #include "app/missing_assets.h"
 #include "base/asset_roots.h"
 #include "base/package_path.h"
@@ -51,6 +52,15 @@ void add_root_options(Command& command, AssetOptions& options) {
                     "messages)")
         .one_of({"fail", "ignore"});
     add_limit_option(command, options.limits);
+}
+
+void add_scene_groups(Command& command, AssetOptions& options, std::string& memory_limit) {
+    Command scene = command.add_group("Scene");
+    add_search_path_option(scene, options.search_paths);
+    add_override_options(scene, options.overrides);
+    Command limits = command.add_group("Files and limits");
+    add_memory_option(limits, memory_limit);
+    add_root_options(limits, options);
 }
 
 void apply_asset_roots(const std::string& scene, const AssetOptions& options) {

@@ -29,6 +29,10 @@ void add_search_path_option(Command& command, std::vector<std::string>& folders)
 /// --limit and --missing-assets.
 void add_root_options(Command& command, AssetOptions& options);
 
+/// Adds the groups "Scene" (search paths, overrides) and "Files and limits" of the commands that
+/// read a scene and render nothing.
+void add_scene_groups(Command& command, AssetOptions& options, std::string& memory_limit);
+
 /// Sets the limits and what missing assets do to the exit code, and says where the files of `scene`
 /// may lie, from here on: anywhere, unless --confine, --asset-root or $VELATURA_ASSET_ROOTS asks
 /// otherwise: then beneath the folder of the scene, which may be a link, and beneath those. A scene

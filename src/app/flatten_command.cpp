@@ -123,12 +123,7 @@ void add_flatten_command(Command& app, std::function<int()>& run) {
                      "Convert this one layer, without composition");
     command.add_flag("--usdc", arguments->crate,
                      "Write binary (crate), as for an output FILE.usdc");
-    Command scene = command.add_group("Scene");
-    add_search_path_option(scene, arguments->assets.search_paths);
-    add_override_options(scene, arguments->assets.overrides);
-    Command limits = command.add_group("Files and limits");
-    add_memory_option(limits, arguments->memory_limit);
-    add_root_options(limits, arguments->assets);
+    add_scene_groups(command, arguments->assets, arguments->memory_limit);
     command.example("velatura flatten shot.usda -o shot_flat.usdc");
     command.callback([arguments, &run] {
         run = [arguments] {

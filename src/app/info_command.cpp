@@ -151,12 +151,7 @@ void add_info_command(Command& app, std::function<int()>& run) {
             .type_name("PATH");
     const Option time = command.add_option("--time", arguments->time, "Time code of --explain")
                             .default_text("the default time");
-    Command scene = command.add_group("Scene");
-    add_search_path_option(scene, arguments->assets.search_paths);
-    add_override_options(scene, arguments->assets.overrides);
-    Command limits = command.add_group("Files and limits");
-    add_memory_option(limits, arguments->memory_limit);
-    add_root_options(limits, arguments->assets);
+    add_scene_groups(command, arguments->assets, arguments->memory_limit);
     command.example("velatura info shot.usda --explain /World/Key.inputs:intensity");
     command.callback([arguments, explain, time, &run] {
         arguments->has_explain = explain.count() > 0;
