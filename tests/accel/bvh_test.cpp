@@ -6,6 +6,7 @@
 #include "base/tasks.h"
 #include "brute_force.h"
 #include "compare.h"
+#include "expect_exact.h"
 #include "hard_case.h"
 #include "soups.h"
 
@@ -19,27 +20,10 @@ namespace {
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 constexpr float inf = std::numeric_limits<float>::infinity();
 
-SoupScene scene_of(const std::vector<Soup>& soups) {
-    SoupScene scene;
-    for (const Soup& soup : soups) scene.shapes.push_back(soup.view());
-    return scene;
-}
-
-// The tree finds what testing every triangle finds, with every instruction set.
 void expect_exact(const std::vector<Soup>& soups,
                   const std::vector<geometry::Ray>& rays,
-                  size_t min_hits,
-                  BvhOptions options = {}) {
-    const SoupScene scene = scene_of(soups);
-    const std::vector<geometry::Hit> expected = hits_of(BruteForce(scene), rays);
-    for (const Kernels& kernels : all_kernels()) {
-        options.kernels = &kernels;
-        const auto bvh = build_bvh(scene, options);
-        const Agreement agreement = compare(*bvh, expected, rays);
-        EXPECT_EQ(agreement.different, 0u) << kernels.name << " of " << agreement.rays << " rays";
-        EXPECT_EQ(agreement.different_occlusion, 0u) << kernels.name;
-        EXPECT_GE(agreement.hits, min_hits);
-    }
+                  size_t min_hits) {
+    test::expect_exact(scene_of(soups), rays, min_hits);
 }
 
 TEST(Bvh, FindsWhatBruteForceFindsInRandomTriangles) {

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "leaks.h"
 
+#include "accel/bvh.h"
+#include "base/tasks.h"
+
+#include <array>
+
 namespace velatura::accel::test {
 
 void LeakCount::operator+=(const LeakCount& other) {
@@ -72,6 +77,16 @@ LeakCount count_leaks(const Accelerator& accelerator,
         count.unseen += !accelerator.is_occluded(ray);
     }
     return count;
+}
+
+LeakCount count_leaks(const ClosedMesh& mesh, size_t rays) {
+    const auto bvh = build_bvh(mesh.scene());
+    constexpr size_t chunks = 16;
+    std::array<LeakCount, chunks> counts;
+    parallel_for(chunks, [&](size_t i) { counts[i] = count_leaks(*bvh, mesh, rays / chunks, i); });
+    LeakCount all;
+    for (const LeakCount& count : counts) all += count;
+    return all;
 }
 
 }  // namespace velatura::accel::test

@@ -46,4 +46,7 @@ LeakCount count_leaks(const Accelerator& accelerator,
                       size_t rays,
                       uint64_t seed);
 
+/// The same of a tree that is built for it, on all threads.
+LeakCount count_leaks(const ClosedMesh& mesh, size_t rays);
+
 }  // namespace velatura::accel::test

@@ -6,6 +6,7 @@
 #include "base/tasks.h"
 #include "brute_force.h"
 #include "compare.h"
+#include "expect_exact.h"
 #include "soups.h"
 
 #include <gtest/gtest.h>
@@ -18,12 +19,6 @@ namespace {
 
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 constexpr float inf = std::numeric_limits<float>::infinity();
-
-SoupScene scene_of(const std::vector<Soup>& soups) {
-    SoupScene scene;
-    for (const Soup& soup : soups) scene.shapes.push_back(soup.view());
-    return scene;
-}
 
 // Every third ray at a time that is a key of many motions, the others anywhere.
 std::vector<geometry::Ray> timed(std::vector<geometry::Ray> rays, uint64_t seed) {
@@ -58,22 +53,6 @@ Soup spinning(const Soup& soup, uint32_t segments, double degrees) {
         const double x = double(p.x), y = double(p.y);
         return Vec3(float(c * x - s * y), float(s * x + c * y), p.z);
     });
-}
-
-// With every instruction set.
-void expect_exact(const SoupScene& scene,
-                  const std::vector<geometry::Ray>& rays,
-                  size_t min_hits,
-                  BvhOptions options = {}) {
-    const std::vector<geometry::Hit> expected = hits_of(BruteForce(scene), rays);
-    for (const Kernels& kernels : all_kernels()) {
-        options.kernels = &kernels;
-        const auto bvh = build_bvh(scene, options);
-        const Agreement agreement = compare(*bvh, expected, rays);
-        EXPECT_EQ(agreement.different, 0u) << kernels.name << " of " << agreement.rays << " rays";
-        EXPECT_EQ(agreement.different_occlusion, 0u) << kernels.name;
-        EXPECT_GE(agreement.hits, min_hits);
-    }
 }
 
 TEST(Motion, FindsWhatBruteForceFindsAtTheTimeOfEachRay) {

@@ -19,6 +19,12 @@ void Soup::add(const Vec3& a, const Vec3& b, const Vec3& c) {
     triangles.push_back({first, first + 1, first + 2});
 }
 
+SoupScene scene_of(const std::vector<Soup>& soups) {
+    SoupScene scene;
+    for (const Soup& soup : soups) scene.shapes.push_back(soup.view());
+    return scene;
+}
+
 Soup random_soup(size_t count, float size, uint64_t seed) {
     Random random(seed);
     Soup soup;

@@ -56,6 +56,9 @@ struct Soup {
     void add(const Vec3& a, const Vec3& b, const Vec3& c);
 };
 
+/// A shape of each, which own the triangles.
+SoupScene scene_of(const std::vector<Soup>& soups);
+
 /// Loose triangles of about the given size in the cube of half edge 1.
 Soup random_soup(size_t count, float size, uint64_t seed);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Emissive surfaces as area lights, through the whole integrator: closed forms, and strategies that
 // must agree.
+#include "strategies.h"
 #include "test_scene.h"
 
 #include <fmt/format.h>
@@ -17,15 +18,6 @@ using integrator::LightSampling;
 constexpr float patch_z = -1.0f;  ///< the patch lies one unit in front of the camera
 constexpr float lamp_z = -0.25f;  ///< 0.75 above it
 constexpr double height = 0.75;
-
-constexpr LightSampling strategies[] = {LightSampling::Mis, LightSampling::Light,
-                                        LightSampling::Bsdf};
-
-const char* name_of(LightSampling strategy) {
-    return strategy == LightSampling::Mis     ? "MIS"
-           : strategy == LightSampling::Light ? "light sampling"
-                                              : "BSDF sampling";
-}
 
 /// The camera looks through what is between it and the patch.
 TestScene patch_scene() {

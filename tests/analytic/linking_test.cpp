@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Light and shadow linking, through the whole integrator: closed forms, and scenes without what is
 // not linked. By every strategy of finding lights and of choosing among them.
+#include "strategies.h"
 #include "test_scene.h"
 
 #include <fmt/format.h>
@@ -24,15 +25,6 @@ constexpr float blocker_z = -0.75f;
 /// Irradiance of a point one unit below the center of a 2×2 square of radiance 1:
 /// 4·√½·atan √½.
 constexpr double square_irradiance = 1.7408395;
-constexpr LightSampling strategies[] = {LightSampling::Mis, LightSampling::Light,
-                                        LightSampling::Bsdf};
-
-const char* name_of(LightSampling strategy) {
-    return strategy == LightSampling::Mis     ? "both"
-           : strategy == LightSampling::Light ? "light"
-                                              : "BSDF";
-}
-
 /// What a light is linked to.
 enum class Link { Patch, Blocker };
 
@@ -65,6 +57,17 @@ scene::Light& add_rect(TestScene& test, float radiance = 1.0f) {
     light.width = light.height = 2.0f;
     light.Le = Rgb(radiance);
     return light;
+}
+
+/// A light of 20×20 above everything; as a mesh it also blocks what is behind it.
+scene::LightLinks& add_wall(TestScene& test, bool is_mesh) {
+    if (is_mesh) {
+        test.add_square(1.0f, 10.0f, test.add_matte(Rgb(0.0f)));
+        return test.make_mesh_light().links;
+    }
+    scene::Light& light = test.add_light(scene::LightKind::Rect, at(Vec3(0, 0, 1)));
+    light.width = light.height = 20.0f;
+    return light.links;
 }
 
 scene::MeshLight& add_lamp(TestScene& test) {
@@ -139,16 +142,7 @@ TEST(LightLinking, AMirrorShowsTheLightsThatAreLinkedToIt) {
             TestScene test;
             test.add_square(-3.0f, 10.0f, test.add_material(mirror(Rgb(1.0f))));
             test.scene.shapes.back().link = 1;
-            scene::LightLinks* links = nullptr;
-            if (is_mesh) {
-                test.add_square(1.0f, 10.0f, test.add_matte(Rgb(0.0f)));
-                links = &test.make_mesh_light().links;
-            } else {
-                scene::Light& light = test.add_light(scene::LightKind::Rect, at(Vec3(0, 0, 1)));
-                light.width = light.height = 20.0f;
-                links = &light.links;
-            }
-            links->lit = set_of(test.scene, {is_linked ? 1u : 2u});
+            add_wall(test, is_mesh).lit = set_of(test.scene, {is_linked ? 1u : 2u});
             EXPECT_EQ(render(test, {.size = 4, .samples = 4}).bounce(1, 0).mean,
                       is_linked ? 1.0 : 0.0);
         }
@@ -183,17 +177,9 @@ TEST(ShadowLinking, IsNoMatterOfHowRoughASurfaceIs) {
         test.add_square(-3.0f, 10.0f, test.add_material(mirror(Rgb(1.0f))));
         test.add_square(0.5f, 10.0f, test.add_matte(Rgb(0.0f)));
         test.scene.shapes.back().link = 2;
-        scene::LightLinks* links = nullptr;
-        if (is_mesh) {
-            test.add_square(1.0f, 10.0f, test.add_matte(Rgb(0.0f)));
-            links = &test.make_mesh_light().links;
-        } else {
-            scene::Light& light = test.add_light(scene::LightKind::Rect, at(Vec3(0, 0, 1)));
-            light.width = light.height = 20.0f;
-            links = &light.links;
-        }
+        scene::LightLinks& links = add_wall(test, is_mesh);
         EXPECT_EQ(render(test, {.size = 4, .samples = 4}).bounce(1, 0).mean, 0.0);
-        links->casters = set_of(test.scene, {0, 1});
+        links.casters = set_of(test.scene, {0, 1});
         EXPECT_EQ(render(test, {.size = 4, .samples = 4}).bounce(1, 0).mean, 1.0);
     }
 }

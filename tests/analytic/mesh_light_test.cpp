@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Geometry that is a light (UsdLux MeshLightAPI), through the whole integrator: closed forms, and
 // what must come out the same another way.
+#include "strategies.h"
 #include "test_scene.h"
 
 #include <fmt/format.h>
@@ -19,8 +20,6 @@ constexpr float patch_z = -1.25f;  ///< one unit below the lamp
 /// Irradiance of a point one unit below the center of a 2×2 square of radiance 1:
 /// 4·√½·atan √½.
 constexpr double square_irradiance = 1.7408395;
-constexpr LightSampling strategies[] = {LightSampling::Mis, LightSampling::Light,
-                                        LightSampling::Bsdf};
 
 /// A white patch; the camera looks through what is between it and the patch.
 TestScene patch_scene() {

@@ -4,6 +4,8 @@
 #include "../media/grid_fixtures.h"
 #include "test_scene.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -58,5 +60,24 @@ inline scene::VolumeOptics white(float g, const Rgb& extinction = Rgb(1.0f)) {
 
 inline const integrator::EstimatorOptions by_paths{.light_sampling =
                                                        integrator::LightSampling::Bsdf};
+
+/// MIS, BSDF sampling and light sampling give one image, and the first two the same layers from
+/// `first_bounce` on.
+inline void expect_strategies_agree(const TestScene& test, int first_bounce) {
+    const RenderedLayers both = render(test, {.size = 24, .samples = 192});
+    const RenderedLayers paths =
+        render(test, {.size = 24, .samples = 192, .estimator = by_paths, .seed = 2});
+    const RenderedLayers lamps =
+        render(test, {.size = 24,
+                      .samples = 192,
+                      .estimator = {.light_sampling = integrator::LightSampling::Light},
+                      .seed = 3});
+    expect_agreement(both, paths, 1.2e-1, "MIS and paths alone");
+    expect_agreement(both, lamps, 6e-2, "MIS and light sampling alone");
+    for (int k = first_bounce; k <= 3; ++k) {
+        const Estimate a = both.bounce(k), b = paths.bounce(k);
+        EXPECT_NEAR(a.mean, b.mean, 4.0 * std::hypot(a.standard_error, b.standard_error)) << k;
+    }
+}
 
 }  // namespace velatura::test

@@ -315,17 +315,7 @@ int main(int argc, char** argv) {
     using namespace velatura::bench;
     velatura::CommandLine app("Rays per second of the own tree, beside Embree's");
     Settings settings;
-    std::vector<std::string> names;
-    for (const SceneMaker& maker : all_scenes()) names.emplace_back(maker.name);
-    app.add_option("--scene", settings.scenes, "only these scenes")
-        .allow_extra_args(true)
-        .one_of(names);
-    app.add_option("--size", settings.size, "edge of the picture; its square is the rays per set")
-        .range(16, 4096)
-        .show_default();
-    app.add_option("--rounds", settings.rounds, "how often each set is timed")
-        .range(1, 99)
-        .show_default();
+    add_scene_options(app, settings.scenes, settings.size, settings.rounds);
     using velatura::accel::BvhQuality;
     const std::map<std::string, BvhQuality> qualities = {
         {"fast", BvhQuality::Fast}, {"balanced", BvhQuality::Balanced}, {"high", BvhQuality::High}};

@@ -2,9 +2,11 @@
 #pragma once
 
 #include "accel/bvh.h"
+#include "base/command_line.h"
 #include "base/math.h"
 #include "bench_shapes.h"
 
+#include <string>
 #include <vector>
 
 namespace velatura::bench {
@@ -43,5 +45,8 @@ struct SceneMaker {
 /// city      axis-aligned boxes, 0.9 M
 /// woods     8 prototypes of trees, placed 420 times each
 const std::vector<SceneMaker>& all_scenes();
+
+/// Adds --scene, --size and --rounds.
+void add_scene_options(CommandLine& line, std::vector<std::string>& scenes, int& size, int& rounds);
 
 }  // namespace velatura::bench

@@ -5,9 +5,10 @@
 Usage: messages.py [ROOT]. A code is a kebab-case string where a message is made, or any kebab-case string of two words and more that is not
 listed in OTHER_WORDS. --self-test checks planted sources.
 """
-import pathlib
 import re
 import sys
+
+import checks
 
 # Kebab-case strings that are no codes: values of options, limits, features, ledger entries, reasons, programs
 OTHER_WORDS = set("""
@@ -53,7 +54,7 @@ def self_test():
         sys.exit("messages.py does not read the page")
 
 
-def main(root):
+def check(root):
     page = (root / "docs/reference/messages.md").read_text(encoding="utf-8")
     found = {}
     for folder in ("src", "compositor", "plugins"):
@@ -64,12 +65,8 @@ def main(root):
     listed = listed_codes(page)
     wrong = [f"{found[code]}: messages.md does not have the code {code}" for code in sorted(set(found) - listed)]
     wrong += [f"docs/reference/messages.md: no message has the code {code}" for code in sorted(listed - set(found))]
-    print("\n".join(wrong) if wrong else f"messages.md: {len(listed)} codes, all of those in the sources")
-    sys.exit(1 if wrong else 0)
+    return wrong, f"messages.md: {len(listed)} codes, all of those in the sources"
 
 
 if __name__ == "__main__":
-    if sys.argv[1:] == ["--self-test"]:
-        self_test()
-        sys.exit()
-    main(pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parents[2]).resolve())
+    checks.run(check, self_test)

@@ -5,9 +5,10 @@
 Usage: options.py [ROOT]. Looks at code (`--spp`, blocks) of README.md, docs/guide and docs/reference. Lines about other programs do not
 count. --self-test checks a planted option.
 """
-import pathlib
 import re
 import sys
+
+import checks
 
 PAGES = ("README.md", "docs/README.md", "docs/guide/*.md", "docs/reference/*.md")
 OTHER_PROGRAMS = re.compile(r"\./dev\b|\bcmake\b|\bctest\b|\bapt-get\b|\bblender\b|\boiiotool\b|\bninja\b|\bpbrt\b|\bvalgrind\b")
@@ -38,17 +39,13 @@ def self_test():
         sys.exit(f"options.py finds other faults than were planted: {unknown(text, {'--spp'})}")
 
 
-def main(root):
+def check(root):
     known = NOT_OURS | set(OPTION.findall((root / "docs/reference/options.md").read_text(encoding="utf-8")))
     pages = sorted(page for pattern in PAGES for page in root.glob(pattern))
     wrong = [f"{page.relative_to(root)}:{line}: no program has the option {option}"
              for page in pages for line, option in unknown(page.read_text(encoding="utf-8"), known)]
-    print("\n".join(wrong) if wrong else f"{len(pages)} pages: every option that they name exists")
-    sys.exit(1 if wrong else 0)
+    return wrong, f"{len(pages)} pages: every option that they name exists"
 
 
 if __name__ == "__main__":
-    if sys.argv[1:] == ["--self-test"]:
-        self_test()
-        sys.exit()
-    main(pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parents[2]).resolve())
+    checks.run(check, self_test)

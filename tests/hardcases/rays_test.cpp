@@ -23,12 +23,6 @@
 namespace velatura::accel::test {
 namespace {
 
-SoupScene scene_of(const std::vector<Soup>& soups) {
-    SoupScene scene;
-    for (const Soup& soup : soups) scene.shapes.push_back(soup.view());
-    return scene;
-}
-
 /// Upper end of the 95 % interval of a share of which none was seen (rule of three).
 std::string none_of(size_t rays) {
     return fmt::format("a share of {:.1g}", 3.0 / double(rays));

@@ -63,12 +63,6 @@ class EmbreeTest : public testing::Test {
     const AcceleratorFactory* factory_ = nullptr;
 };
 
-SoupScene scene_of(const std::vector<Soup>& soups) {
-    SoupScene scene;
-    for (const Soup& soup : soups) scene.shapes.push_back(soup.view());
-    return scene;
-}
-
 // Where a vertex is at that time.
 Vec3 position(const TriangleSoupView& shape, uint32_t vertex, float time) {
     if (shape.segments() == 0) return shape.positions[vertex];
