@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pcp_baseline.h"
 
-#include "usd/compose/targets.h"
+#include "../usd/compose/property_stack.h"
 
 #include <fmt/format.h>
 
@@ -146,7 +146,7 @@ class FactCollector {
                 stacks[path].push_back(label(*site.layer) + " " + spec.to_string());
             }
             if (sites.empty()) continue;
-            ComposedTargets targets = compose_targets(index, name, &composer_);
+            ComposedTargets targets = compose_targets(index, name, sites, &composer_);
             errors.insert(errors.end(), targets.errors.begin(), targets.errors.end());
             for (const CompositionError& error : errors)
                 sections["Errors"].emplace_back(error_name(error.kind));

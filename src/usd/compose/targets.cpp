@@ -16,7 +16,7 @@ using layer::Token;
 
 namespace {
 
-enum class ListKind { Item, Deleted };
+enum class ListKind { Item, Deleted, Ordered };
 
 /// Translates the targets of one property, and keeps the errors.
 class TargetComposer {
@@ -42,7 +42,7 @@ class TargetComposer {
         mapped.added = translated(op.added, ListKind::Item);
         mapped.prepended = translated(op.prepended, ListKind::Item);
         mapped.appended = translated(op.appended, ListKind::Item);
-        mapped.ordered = translated(op.ordered, ListKind::Item);
+        mapped.ordered = translated(op.ordered, ListKind::Ordered);
         mapped.apply_to(result_.paths);
     }
 
@@ -76,9 +76,13 @@ class TargetComposer {
             return path;
         }
         if (path.is_empty()) {
-            fail(ErrorKind::InvalidExternalTargetPath, path,
-                 fmt::format("target <{}> is outside the scope of the {}", target.to_string(),
-                             arc_name(node().arc)));
+            // The order of targets adds none
+            if (kind == ListKind::Item)
+                fail(ErrorKind::InvalidExternalTargetPath, path,
+                     fmt::format("target <{}> of {} is outside the scope of the {} from <{}>; it "
+                                 "is ignored",
+                                 target.to_string(), property_.str(), arc_name(node().arc),
+                                 index_.path().to_string()));
             return std::nullopt;
         }
         if (composer_ && targets_own_instance(target, path)) {
@@ -119,36 +123,12 @@ class TargetComposer {
 
 }  // namespace
 
-std::vector<PropertySite> property_stack(const PrimIndex& index,
-                                         Token name,
-                                         std::vector<CompositionError>* errors) {
-    std::vector<PropertySite> result;
-    for (const int i : index.contributing()) {
-        const Node& n = index.graph()[i];
-        const Path path = n.path.append_property(name);
-        for (const StackLayer& entry : n.stack->layers()) {
-            const layer::Spec* spec = entry.layer->spec(path);
-            if (!spec) continue;
-            if (result.empty() || result.front().spec->kind() == spec->kind()) {
-                result.push_back({spec, &entry, i});
-            } else if (errors) {
-                const bool is_attribute = spec->kind() == SpecKind::Attribute;
-                errors->push_back({ErrorKind::InconsistentPropertyType,
-                                   index.path().append_property(name), n.stack->identifier(), path,
-                                   fmt::format("{} is ignored: a stronger layer has {}",
-                                               is_attribute ? "an attribute" : "a relationship",
-                                               is_attribute ? "a relationship" : "an attribute"),
-                                   spec->loc()});
-            }
-        }
-    }
-    return result;
-}
-
-ComposedTargets compose_targets(const PrimIndex& index, Token property, Composer* composer) {
-    TargetComposer targets(index, property, composer);
-    const std::vector<PropertySite> stack = property_stack(index, property);
+ComposedTargets compose_targets(const PrimIndex& index,
+                                Token property,
+                                std::span<const PropertySite> stack,
+                                Composer* composer) {
     if (stack.empty()) return {};
+    TargetComposer targets(index, property, composer);
     const bool is_attribute = stack.front().spec->kind() == SpecKind::Attribute;
     const Token name =
         is_attribute ? layer::fields().connection_paths : layer::fields().target_paths;

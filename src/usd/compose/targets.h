@@ -5,6 +5,7 @@
 #include "usd/compose/prim_index.h"
 #include "usd/layer/layer.h"
 
+#include <span>
 #include <vector>
 
 namespace velatura::usd::compose {
@@ -15,12 +16,6 @@ struct PropertySite {
     const StackLayer* layer = nullptr;
     int node = 0;  ///< of the prim's index
 };
-
-/// Specs of a property, strongest first. Only those of the strongest one's kind count; others are
-/// added to `errors` where that is given.
-std::vector<PropertySite> property_stack(const PrimIndex& index,
-                                         layer::Token name,
-                                         std::vector<CompositionError>* errors = nullptr);
 
 /// Composed targets of a relationship or connections of an attribute, in the stage's namespace.
 struct ComposedTargets {
@@ -33,11 +28,13 @@ struct ComposedTargets {
 };
 
 /// Composes the list-ops of targets (of attributes: connections) over the specs of a property.
-/// `composer`: when given, targets that a class authors into its instances are errors; this costs
-/// the prim index of each such target.
+/// Args: stack: these specs, strongest first, all of one kind.
+///       composer: when given, targets that a class authors into its instances are
+///       errors; this costs the prim index of each such target.
 /// Ref: AOUSD Core Specification 1.0.1, §10 (path translation), §12.
 ComposedTargets compose_targets(const PrimIndex& index,
                                 layer::Token property,
+                                std::span<const PropertySite> stack,
                                 Composer* composer = nullptr);
 
 }  // namespace velatura::usd::compose

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "usd/compose/targets.h"
 #include "usd/layer/fields.h"
 #include "usd/stage/asset_expression.h"
 #include "usd/stage/prim_data.h"
@@ -11,6 +12,7 @@
 #include <algorithm>
 #include <set>
 #include <unordered_set>
+#include <utility>
 
 namespace velatura::usd::stage {
 
@@ -26,43 +28,35 @@ std::vector<PropertySpec> property_specs(const PrimData& prim, Token name) {
         const compose::Node& node = prim.index.nodes()[size_t(ref.node)];
         const layer::Spec* spec = ref.layer->layer->spec(node.path.append_property(name));
         if (!spec) continue;
-        if (!result.empty() && result.front().spec->kind() != spec->kind()) continue;
-        result.push_back({spec, &ref, offset_to_stage(node, *ref.layer)});
+        if (result.empty() || result.front().spec->kind() == spec->kind()) {
+            result.push_back({spec, &ref, offset_to_stage(node, *ref.layer)});
+        } else {
+            const bool is_attribute = spec->kind() == layer::SpecKind::Attribute;
+            prim.stage->diagnostics().warn(
+                "usd-inconsistent-property", spec->loc(), prim.path.to_string(),
+                fmt::format("{} {} is ignored: a stronger layer has {} of that name",
+                            is_attribute ? "attribute" : "relationship", name.str(),
+                            is_attribute ? "a relationship" : "an attribute"));
+        }
     }
     return result;
 }
 
 namespace {
 
-/// Composed paths of a list-op field, mapped to the stage; paths that point outside of an arc's
-/// scope are dropped.
-std::vector<Path> composed_paths(const Prim& prim, Token property, Token field) {
-    const std::vector<PropertySpec> specs = property_specs(*prim.data(), property);
-    std::vector<Path> paths;
-    for (auto it = specs.rbegin(); it != specs.rend(); ++it) {
-        const layer::Field* authored = it->spec->find_field(field);
-        const auto* op = authored ? authored->value.get_if<layer::PathListOp>() : nullptr;
-        if (!op) continue;
-        const compose::Node& node = prim.data()->index.nodes()[size_t(it->prim_spec->node)];
-        const auto mapped = op->transformed([&](const Path& path) -> std::optional<Path> {
-            const Path target = compose::map_to_root(node, path);
-            if (!target.is_empty()) return target;
-            const auto is_listed = [&](const std::vector<Path>& list) {
-                return std::find(list.begin(), list.end(), path) != list.end();
-            };
-            if (!is_listed(op->deleted) && !is_listed(op->ordered)) {
-                prim.diagnostics().warn(
-                    "usd-target-out-of-scope", authored->loc, prim.path_string(),
-                    fmt::format(
-                        "target <{}> of {} is outside the scope of the {} from <{}>; it is ignored",
-                        path.to_string(), property.str(), compose::arc_name(node.arc),
-                        prim.path_string()));
-            }
-            return std::nullopt;
-        });
-        mapped.apply_to(paths);
-    }
-    return paths;
+/// Composed targets of a relationship or connections of an attribute, mapped to the stage; paths
+/// that point outside of an arc's scope are dropped. None of a property of the other kind.
+std::vector<Path> composed_paths(const Prim& prim, Token property, layer::SpecKind kind) {
+    std::vector<compose::PropertySite> stack;
+    for (const PropertySpec& s : property_specs(*prim.data(), property))
+        stack.push_back({s.spec, s.prim_spec->layer, s.prim_spec->node});
+    if (stack.empty() || stack.front().spec->kind() != kind) return {};
+    compose::ComposedTargets targets =
+        compose::compose_targets(prim.data()->index, property, stack);
+    for (compose::CompositionError& error : targets.errors)
+        prim.diagnostics().warn("usd-target-out-of-scope", error.loc, prim.path_string(),
+                                std::move(error.message));
+    return std::move(targets.paths);
 }
 
 std::optional<Value> composed_metadata(const Prim& prim, Token property, std::string_view key) {
@@ -216,8 +210,7 @@ bool Attribute::might_be_time_varying() const {
 }
 
 std::vector<Path> Attribute::connections() const {
-    return prim_ ? composed_paths(prim_, name_, layer::fields().connection_paths)
-                 : std::vector<Path>();
+    return prim_ ? composed_paths(prim_, name_, layer::SpecKind::Attribute) : std::vector<Path>();
 }
 
 bool Attribute::has_authored_connections() const {
@@ -305,7 +298,8 @@ bool Relationship::has_authored_targets() const {
 }
 
 std::vector<Path> Relationship::targets() const {
-    return prim_ ? composed_paths(prim_, name_, layer::fields().target_paths) : std::vector<Path>();
+    return prim_ ? composed_paths(prim_, name_, layer::SpecKind::Relationship)
+                 : std::vector<Path>();
 }
 
 std::vector<Path> Relationship::forwarded_targets() const {

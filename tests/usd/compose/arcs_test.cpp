@@ -2,7 +2,7 @@
 // Times along arcs, expressions, default prims, session owners, payloads, instances, targets and
 // limits. Ref: AOUSD Core Specification 1.0.1, chapter 10.
 #include "compose_fixture.h"
-#include "usd/compose/targets.h"
+#include "property_stack.h"
 
 #include <fmt/format.h>
 
@@ -222,13 +222,13 @@ def "P" ( references = @r.usda@</R> ) { delete rel gone = </P/Out> }
 def "R" { rel in = [</R/A>, </Elsewhere>]; rel gone = [</R/A>, </R/Out>] }
 )");
     const PrimIndex found = index("/P");
-    const ComposedTargets in = compose_targets(found, layer::Token("in"));
+    const ComposedTargets in = targets_of(found, "in");
     ASSERT_EQ(in.paths.size(), 1u);
     EXPECT_EQ(in.paths[0].to_string(), "/P/A");
     ASSERT_EQ(in.errors.size(), 1u);
     EXPECT_EQ(in.errors[0].kind, ErrorKind::InvalidExternalTargetPath);
     EXPECT_EQ(in.errors[0].site.to_string(), "/R.in");
-    const ComposedTargets gone = compose_targets(found, layer::Token("gone"));
+    const ComposedTargets gone = targets_of(found, "gone");
     EXPECT_EQ(gone.paths.size(), 1u);
     ASSERT_EQ(gone.deleted.size(), 1u);
     EXPECT_EQ(gone.deleted[0].to_string(), "/P/Out");
@@ -237,7 +237,7 @@ def "R" { rel in = [</R/A>, </Elsewhere>]; rel gone = [</R/A>, </R/Out>] }
 TEST_F(ArcsTest, StrongerExplicitTargetsForgiveWeakerErrors) {
     write("root.usda", "def \"P\" ( references = @r.usda@</R> ) { rel r = </P/B> }\n");
     write("r.usda", "def \"R\" { rel r = </Elsewhere> }\n");
-    const ComposedTargets targets = compose_targets(index("/P"), layer::Token("r"));
+    const ComposedTargets targets = targets_of(index("/P"), "r");
     EXPECT_TRUE(targets.errors.empty());
     EXPECT_EQ(targets.paths.size(), 1u);
 }

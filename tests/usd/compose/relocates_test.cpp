@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Relocates: AOUSD Core Specification 1.0.1, 10.3.2 and 10.4.
 #include "compose_fixture.h"
-#include "usd/compose/targets.h"
+#include "property_stack.h"
 
 namespace velatura::usd::compose {
 namespace {
@@ -27,7 +27,7 @@ def "Base" {
     Lines targets(const std::string& prim, const char* property) {
         Lines result;
         const PrimIndex found = index(prim);
-        for (const layer::Path& p : compose_targets(found, layer::Token(property)).paths)
+        for (const layer::Path& p : targets_of(found, property).paths)
             result.push_back(p.to_string());
         return result;
     }

@@ -163,6 +163,34 @@ TEST_F(ValueTest, TargetsMapThroughReferencesAndOutsidersAreDropped) {
     EXPECT_GE(diagnostics_.warning_count(), 1u);
 }
 
+TEST_F(ValueTest, OutsidersThatAStrongerLayerReplacesOrDeletesAreNoFault) {
+    write("ref.usda", "def \"R\" { rel r = </Outside>; rel s = [</R/A>, </R/B>] }\n");
+    open(
+        "def \"P\" ( references = @ref.usda@</R> ) { rel r = </P/C>; reorder rel s = [</P/B>, "
+        "</P/A>] }\n");
+    const Prim p = stage().prim_at("/P");
+    ASSERT_EQ(p.relationship("r").targets().size(), 1u);
+    EXPECT_EQ(p.relationship("r").targets()[0].to_string(), "/P/C");
+    ASSERT_EQ(p.relationship("s").targets().size(), 2u);
+    EXPECT_EQ(p.relationship("s").targets()[0].to_string(), "/P/B");
+    EXPECT_EQ(diagnostics_.warning_count(), 0u);
+}
+
+TEST_F(ValueTest, AttributesAndRelationshipsDoNotMix) {
+    write("ref.usda", "def \"R\" { float x.connect = </R.y>; float y = 1; rel z = </R/Child> }\n");
+    open("def \"P\" ( references = @ref.usda@</R> ) { rel x; float z = 2 }\n");
+    const Prim p = stage().prim_at("/P");
+    EXPECT_TRUE(p.relationship("x").targets().empty());
+    EXPECT_TRUE(p.attribute("x").connections().empty());
+    EXPECT_TRUE(p.relationship("z").targets().empty());
+    EXPECT_FLOAT_EQ(*p.attribute("z").get<float>(), 2.0f);
+    std::vector<std::string> found;
+    for (const Diagnostic& d : diagnostics_.all())
+        if (d.code == "usd-inconsistent-property") found.push_back(d.message);
+    ASSERT_EQ(found.size(), 2u) << "once each";
+    EXPECT_EQ(found[0], "attribute x is ignored: a stronger layer has a relationship of that name");
+}
+
 TEST_F(ValueTest, EqualInstancesShareOnePrototypeAndIgnoreLocalDescendants) {
     write("ref.usda", "def \"R\" { def \"Child\" { float a = 1 } }\n");
     open(R"(
