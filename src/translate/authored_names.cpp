@@ -5,6 +5,7 @@
 #include "translate/context/values.h"
 #include "translate/known_names.h"
 #include "translate/schema_support.h"
+#include "usd/layer/type_name.h"
 #include "usd/stage/schema_fallbacks.h"
 #include "usd/stage/xform.h"
 
@@ -66,6 +67,32 @@ std::optional<std::string> short_text(const Value& value) {
     int width = 0;
     if (!read_rows(value, rows, width) || width != 1 || rows.size() != 1) return std::nullopt;
     return fmt::format("{:g}", rows[0]);
+}
+
+/// What readers tell values apart by.
+struct Shape {
+    enum class Kind { Text, Numbers, Other } kind = Kind::Other;
+    int width = 0;  ///< of Numbers
+    bool is_array = false;
+
+    bool operator==(const Shape&) const = default;
+};
+
+Shape shape_of(std::string_view type_name) {
+    using usd::layer::ValueType;
+    const usd::layer::TypeInfo* info = usd::layer::find_type(type_name);
+    if (!info) return {};
+    switch (info->type) {
+        case ValueType::String:
+        case ValueType::Token:
+        case ValueType::Asset:
+            return {Shape::Kind::Text, 0, info->is_array};
+        case ValueType::Opaque:
+        case ValueType::PathExpression:
+            return {};
+        default:
+            return {Shape::Kind::Numbers, info->rows * info->columns, info->is_array};
+    }
 }
 
 std::string hint(const std::string& nearest) {
@@ -300,6 +327,7 @@ class NameCheck {
                 v.code == "unknown-relationship" ? prim.relationship(name).loc() : attribute.loc();
             add(v.code.c_str(), loc, prim.path_string(), v.message);
         }
+        if (v.declared && !check_value_type(prim, attribute, *v.declared)) return;
         if (v.unused) check_unused(prim, attribute, v);
         if (v.choice) check_choice(prim, attribute, v);
         if (v.request) check_foreign(prim, attribute, v);
@@ -310,6 +338,27 @@ class NameCheck {
     /// At time 0: what changes in time is authored for a reason anyway.
     static std::optional<std::string> authored_text(const Attribute& attribute) {
         return attribute.has_authored_value() ? short_text(attribute.value(0.0)) : std::nullopt;
+    }
+
+    /// Whether a value has the shape that the schema declares; warns about others: text for
+    /// numbers or the other way round, another number of them. Arrays of numbers, which can be
+    /// large, are checked where they are read.
+    bool check_value_type(Prim prim,
+                          const Attribute& attribute,
+                          const usd::stage::SchemaAttribute& declared) {
+        const Shape expected = shape_of(declared.type);
+        if (expected.kind == Shape::Kind::Other || !attribute.has_authored_value()) return true;
+        if (expected.kind == Shape::Kind::Numbers && expected.is_array) return true;
+        const std::string_view type = usd::layer::plain_type_name(attribute.value(0.0));
+        const Shape found = shape_of(type);
+        if (found.kind == Shape::Kind::Other || found == expected) return true;
+        add("attribute-type", attribute.loc(), prim.path_string(),
+            fmt::format("{} is {}, expected {}; the value is ignored{}", attribute.name().str(),
+                        type, declared.type,
+                        found.kind == expected.kind && found.kind == Shape::Kind::Numbers
+                            ? " or read in part"
+                            : ""));
+        return false;
     }
 
     void check_unused(Prim prim, const Attribute& attribute, const Verdict& v) {

@@ -97,6 +97,21 @@ const Case cases[] = {
      "purpose is \"rendr\", expected default, render, proxy, guide (did you mean 'render'?); the "
      "prim is not rendered [unknown-token]"},
     {"def Cylinder \"S\" { uniform token axis = \"x\" }", "(did you mean 'X'?); Z is used"},
+    // Values of another type than the schema's
+    {"def Sphere \"S\" { float visibility = 0 }",
+     "s.usda:8:37: warning: visibility is float, expected token; the value is ignored "
+     "[attribute-type]"},
+    {"def Sphere \"S\" { uniform token[] purpose = [\"proxy\"] }",
+     "purpose is token[], expected token"},
+    {"def Sphere \"S\" { string radius = \"2\" }", "radius is string, expected double"},
+    {"def SphereLight \"L\" { color3f inputs:exposure.timeSamples = { 1: (1, 1, 1) } }",
+     "inputs:exposure is float3, expected float; the value is ignored or read in part"},
+    {"def Sphere \"S\" { double3 xformOp:translate = (1, 0, 0)\n token xformOpOrder = "
+     "\"xformOp:translate\" }",
+     "xformOpOrder is token, expected token[]"},
+    {"def Sphere \"S\" { string visibility = \"inherited\"\n half radius = 0.5\n int doubleSided = "
+     "1 }\ndef SphereLight \"L\" { float3 inputs:color = (1, 1, 1)\n asset inputs:radius = None }",
+     nullptr},
     // Transforms
     {"def Sphere \"S\" { double3 xformOp:translate = (1, 0, 0)\n uniform token[] xformOpOrder = "
      "[\"xformOp:translate:pivot\", \"xformOp:translate\"] }",
