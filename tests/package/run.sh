@@ -69,7 +69,7 @@ as_root apt-get install -q -y --no-install-recommends "/tmp/$(basename "$deb")" 
 mapfile -t listed < <(as_root dpkg -L velatura | grep -v '^/\.$')
 as_root useradd --create-home --home-dir /srv/artist artist
 
-for file in bin/velatura bin/velatura-comp share/man/man1/velatura.1 share/man/man1/velatura-render.1 share/man/man1/velatura-comp.1 \
+for file in bin/velatura bin/velatura-comp share/man/man1/velatura.1.gz share/man/man1/velatura-render.1.gz share/man/man1/velatura-comp.1.gz \
     share/bash-completion/completions/velatura share/zsh/vendor-completions/_velatura \
     share/fish/vendor_completions.d/velatura.fish share/doc/velatura/copyright; do
     [[ -s $root/usr/$file ]] || die "/usr/$file is missing"
