@@ -267,9 +267,8 @@ int main(int argc, char** argv) {
     size_t triangles = 1'000'000;
     int rounds = 3;
     app.add_option("--triangles", triangles, "of each scene")
-        .range(size_t(10000), size_t(100'000'000))
-        .show_default();
-    app.add_option("--rounds", rounds, "how often each is timed").range(1, 99).show_default();
+        .range(size_t(10000), size_t(100'000'000));
+    app.add_option("--rounds", rounds, "how often each is timed").range(1, 99);
     if (const auto code = bench::parse_options(app, argc, argv)) return *code;
     const ThreadLimit one(1);
     Table table(rounds);

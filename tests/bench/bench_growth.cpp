@@ -227,13 +227,10 @@ int main(int argc, char** argv) {
     size_t max = 30000000;
     int size = 320, rounds = 3;
     std::string output;
-    app.add_option("--most", max, "triangles of the largest mesh").show_default();
+    app.add_option("--most", max, "triangles of the largest mesh");
     app.add_option("--size", size, "edge of the picture; its square is the rays per set")
-        .range(16, 4096)
-        .show_default();
-    app.add_option("--rounds", rounds, "how often each set is timed; the best counts")
-        .range(1, 99)
-        .show_default();
+        .range(16, 4096);
+    app.add_option("--rounds", rounds, "how often each set is timed; the best counts").range(1, 99);
     app.add_option("-o,--output", output, "write <output>.csv and <output>.svg");
     if (const auto code = velatura::bench::parse_options(app, argc, argv)) return *code;
     return velatura::bench::run(max, size / 16 * 16, rounds, output);

@@ -110,11 +110,10 @@ int main(int argc, char** argv) {
     velatura::CommandLine app("Build time, memory and rays per second of very many instances");
     size_t count = 10000000, rays = 400000;
     int rings = 158;
-    app.add_option("--count", count, "instances").range(1, 100000000).show_default();
+    app.add_option("--count", count, "instances").range(1, 100000000);
     app.add_option("--rings", rings, "rings of the mesh; it has 4·rings² − 4·rings triangles")
-        .range(3, 2000)
-        .show_default();
-    app.add_option("--rays", rays, "rays of each kind").range(100, 100000000).show_default();
+        .range(3, 2000);
+    app.add_option("--rays", rays, "rays of each kind").range(100, 100000000);
     if (const auto code = velatura::bench::parse_options(app, argc, argv)) return *code;
     return velatura::bench::run(count, rings, rays);
 }

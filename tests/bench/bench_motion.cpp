@@ -286,11 +286,8 @@ int main(int argc, char** argv) {
     velatura::CommandLine app("What motion costs rays, beside Embree's");
     Settings settings;
     add_scene_options(app, settings.scenes, settings.size, settings.rounds);
-    app.add_option("--amount", settings.amount, "of motion, in 2 % of the scene's size")
-        .show_default();
-    app.add_option("--segments", settings.segments, "of the motion")
-        .allow_extra_args(true)
-        .show_default();
+    app.add_option("--amount", settings.amount, "of motion, in 2 % of the scene's size");
+    app.add_option("--segments", settings.segments, "of the motion").allow_extra_args(true);
     if (const auto code = velatura::bench::parse_options(app, argc, argv)) return *code;
     settings.size = settings.size / 16 * 16;
     run(settings);

@@ -279,9 +279,8 @@ void add_scene_options(CommandLine& line,
     for (const SceneMaker& maker : all_scenes()) names.emplace_back(maker.name);
     line.add_option("--scene", scenes, "only these scenes").allow_extra_args(true).one_of(names);
     line.add_option("--size", size, "edge of the picture; its square is the rays per set")
-        .range(16, 4096)
-        .show_default();
-    line.add_option("--rounds", rounds, "how often each set is timed").range(1, 99).show_default();
+        .range(16, 4096);
+    line.add_option("--rounds", rounds, "how often each set is timed").range(1, 99);
 }
 
 }  // namespace velatura::bench

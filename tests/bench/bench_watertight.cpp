@@ -133,8 +133,7 @@ int main(int argc, char** argv) {
     velatura::CommandLine app("Shoots at edges and vertices; every count must be 0");
     size_t rays = 100'000'000;
     app.add_option("rays", rays, "rays at edges and vertices; a tenth as many against brute force")
-        .range(size_t(10), size_t(1) << 40)
-        .show_default();
+        .range(size_t(10), size_t(1) << 40);
     if (const auto code = velatura::bench::parse_options(app, argc, argv)) return *code;
     fmt::print("{} kernels, {} threads\n", velatura::accel::best_kernels().name,
                velatura::thread_count());
