@@ -36,10 +36,10 @@ int reject_frame(const RenderJob& job,
     if (const size_t errors = diagnostics.error_count(); job.arguments.strict && errors > 0)
         diagnostics.error("strict", {}, {},
                           format_count(errors, "error") + "; --strict renders nothing");
-    else if (job.arguments.texture_failure == "error" && unread_textures > 0)
+    else if (job.arguments.missing_textures == "error" && unread_textures > 0)
         diagnostics.error("texture-failure", {}, {},
                           format_count(unread_textures, "unreadable texture") +
-                              "; --texture-failure error renders nothing");
+                              "; --missing-textures error renders nothing");
     else
         return Done;
     return RenderError;
@@ -159,10 +159,10 @@ bool report_missing_textures(const RenderJob& job,
                              const std::string& output,
                              size_t unread_textures,
                              Diagnostics& diagnostics) {
-    if (job.arguments.texture_failure != "error" || unread_textures == 0) return false;
+    if (job.arguments.missing_textures != "error" || unread_textures == 0) return false;
     diagnostics.error("texture-failure", {}, {},
-                      fmt::format("{} could not be read; fallbacks used in {}; "
-                                  "--texture-failure error makes this an error",
+                      fmt::format("{} missing or unreadable; fallbacks used in {}; "
+                                  "--missing-textures error makes this an error",
                                   format_count(unread_textures, "texture"), output));
     return true;
 }

@@ -17,7 +17,7 @@
 namespace velatura::app {
 
 /// Reports why nothing is rendered: memory that does not suffice, what --strict or
-/// --texture-failure error refuse; a replay goes on. Returns: an exit code, or Done.
+/// --missing-textures error refuse; a replay goes on. Returns: an exit code, or Done.
 int reject_frame(const RenderJob& job,
                  const MemoryNeeds& needs,
                  size_t unread_textures,
@@ -48,7 +48,7 @@ void report_broken_plan(const std::vector<scene::Effect>& broken,
                         const integrator::RenderResult& result,
                         Diagnostics& diagnostics);
 
-/// Where --texture-failure error is given. Returns: whether there are some.
+/// Where --missing-textures error is given. Returns: whether there are some.
 bool report_missing_textures(const RenderJob& job,
                              const std::string& output,
                              size_t unread_textures,

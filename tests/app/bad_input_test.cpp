@@ -91,14 +91,14 @@ TEST(BadInput, TexturesThatCannotBeReadAreCountedOrTheEnd) {
             << scene;
         EXPECT_EQ(statistics.find("texture-fallback") == std::string::npos, is_fine) << scene;
         // As an error: before the render, or after it where that is when it is found
-        const CommandResult ended = w.velatura(render + " --texture-failure error -o y.exr");
+        const CommandResult ended = w.velatura(render + " --missing-textures error -o y.exr");
         EXPECT_EQ(ended.exit_code, is_fine ? 0 : 1) << ended.output;
         EXPECT_EQ(ended.output.find("[texture-failure]") == std::string::npos, is_fine)
             << ended.output;
         EXPECT_EQ(w.exists("y.exr"), is_fine || scene == "late") << scene;
         w.velatura("--version > /dev/null; rm -f x.exr y.exr s.json");
     }
-    expect_failure(w.velatura("study never.usda --texture-failure error --time 5s -o study"), 1,
+    expect_failure(w.velatura("study never.usda --missing-textures error --time 5s -o study"), 1,
                    "texture-failure");
 }
 
