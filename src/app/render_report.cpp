@@ -3,6 +3,7 @@
 
 #include "app/exit_codes.h"
 #include "app/progress.h"
+#include "app/replay.h"
 #include "app/stop_signals.h"
 #include "integrator/subsurface_walk.h"
 
@@ -23,6 +24,22 @@ void note_guiding(const integrator::GuideTraining& training, Diagnostics& diagno
     diagnostics.note("guiding", {}, {},
                      fmt::format("path guiding is {}used: {}; override with --guiding on or off",
                                  training.is_used ? "" : "not ", why));
+}
+
+/// Why an error that few pixels hold is a lower bound, and which of them to look at.
+std::string few_pixels_text(const statistics::RelativeError& e, const render::Renderer& renderer) {
+    const std::string held = fmt::format(
+        "the error of {:.3g} % is a lower bound; {} of {} pixels hold{} half of the "
+        "squared error",
+        100 * e.value, e.half_in, renderer.window().pixel_count(), e.half_in == 1 ? "s" : "");
+    if (e.worst_x < 0) return "few pixels hold most of the error: " + held;
+    const BrightestSample brightest = brightest_sample(renderer.tracer(), renderer.layers(),
+                                                       renderer.film(), e.worst_x, e.worst_y);
+    return fmt::format(
+        "{}: {}; trace the worst, pixel ({}, {}) sample {}, with --replay {},{},{}",
+        brightest.is_firefly ? "rare bright samples (fireflies)"
+                             : "few pixels, at edges of something bright, hold most of the error",
+        held, e.worst_x, e.worst_y, brightest.sample, e.worst_x, e.worst_y, brightest.sample);
 }
 
 }  // namespace
@@ -124,18 +141,14 @@ void report_bad_samples(const film::Film& film,
 
 void warn_of_lower_bound(const std::optional<ImageError>& error,
                          bool is_rare,
-                         const film::Window& window,
+                         const render::Renderer& renderer,
                          Diagnostics& diagnostics) {
     if (!error || !error->is_lower) return;
     const statistics::RelativeError& e = error->error;
     // The few pixels of an image that is exact elsewhere are its edges
     constexpr double negligible = 0.005;
     if (e.is_lower && e.value >= negligible)
-        diagnostics.warn(
-            "rare-light", {}, {},
-            fmt::format("rare bright samples (fireflies): the error of {:.3g} % is a lower bound; "
-                        "{} of {} pixels hold{} half of the squared error",
-                        100 * e.value, e.half_in, window.pixel_count(), e.half_in == 1 ? "s" : ""));
+        diagnostics.warn("rare-light", {}, {}, few_pixels_text(e, renderer));
     if (is_rare)
         diagnostics.warn(
             "rare-light", {}, {},

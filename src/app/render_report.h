@@ -40,7 +40,7 @@ void report_bad_samples(const film::Film& film,
 /// Where the stated error is no more than a lower bound.
 void warn_of_lower_bound(const std::optional<ImageError>& error,
                          bool is_rare,
-                         const film::Window& window,
+                         const render::Renderer& renderer,
                          Diagnostics& diagnostics);
 
 /// Effects that ran although the plan has them off.
