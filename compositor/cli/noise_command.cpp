@@ -151,6 +151,10 @@ int noise_one(const NoiseOptions& o, std::optional<int> frame) {
             return report(written.error());
     }
     (o.json ? print_json : print_text)(*forecast, mean_samples(*stack), seconds, frame);
+    if (!o.json && is_display_image(o.output))
+        fmt::print("{}: black {} or less, orange {}, white {} or more, on a log scale\n", o.output,
+                   percent(forecast->mix.value / 16), percent(forecast->mix.value),
+                   percent(16 * forecast->mix.value));
     return done;
 }
 
