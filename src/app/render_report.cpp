@@ -186,13 +186,12 @@ void print_summary(const RenderJob& job,
                    size_t unread_textures,
                    const film::NoiseEstimate& noise,
                    const integrator::RenderResult& result) {
-    fmt::print(
-        "{}: {} layers, {} channels, AOVs sum to the beauty (closure {:.3g} of its bound), {}\n",
-        output, written.layers, written.channels, written.closure_measured,
-        format_duration(result.seconds));
+    fmt::print("{}: {} layers, {} channels{}, {}\n", output, written.layers, written.channels,
+               written.closure_family == "none" ? "" : ", AOVs sum to the beauty: OK",
+               format_duration(result.seconds));
     if (unread_textures > 0)
-        fmt::print("{} could not be read; fallbacks used\n",
-                   format_count(unread_textures, "texture"));
+        fmt::print("{} missing or unreadable; fallback{} used\n",
+                   format_count(unread_textures, "texture"), unread_textures == 1 ? "" : "s");
     if (wanted_error(job) > 0 && !result.curve.is_empty())
         fmt::print("{}\n", forecast_text(result.curve, noise.samples_mean, wanted_error(job)));
 }

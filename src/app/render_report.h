@@ -37,7 +37,7 @@ void report_bad_samples(const film::Film& film,
                         const integrator::RenderResult& result,
                         Diagnostics& diagnostics);
 
-/// Where the stated error is no more than a lower bound.
+/// Where the stated error is no more than a lower bound; with the pixel and sample to replay.
 void warn_of_lower_bound(const std::optional<ImageError>& error,
                          bool is_rare,
                          const render::Renderer& renderer,

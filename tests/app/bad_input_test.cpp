@@ -83,7 +83,8 @@ TEST(BadInput, TexturesThatCannotBeReadAreCountedOrTheEnd) {
                                    "--splitting off --roulette throughput";
         const CommandResult counted = w.velatura(render + " --stats s.json -o x.exr");
         EXPECT_EQ(counted.exit_code, is_fine ? 0 : 1) << counted.output;
-        EXPECT_EQ(counted.output.find("1 texture could not be read") == std::string::npos, is_fine)
+        EXPECT_EQ(counted.output.find("1 texture missing or unreadable") == std::string::npos,
+                  is_fine)
             << counted.output;
         const std::string statistics = w.velatura("--version > /dev/null; cat s.json").output;
         EXPECT_NE(statistics.find(is_fine ? "\"unread_textures\": 0" : "\"unread_textures\": 1"),
