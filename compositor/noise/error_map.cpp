@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/noise/error_map.h"
 
-#include "canvas/canvas.h"
+#include "canvas/color_scale.h"
 #include "canvas/false_color.h"
 #include "image/box_mean.h"
 #include "image/formats.h"
@@ -17,39 +17,14 @@ namespace velatura::compositor::noise {
 
 namespace {
 
-using canvas::Canvas;
-
 constexpr float range_stops = 4;  // to either side of the middle
 
-constexpr int scale_height = 44, bar_height = 14, margin = 6;
-constexpr Canvas::Color background = {0.11f, 0.11f, 0.12f}, letters = {0.92f, 0.92f, 0.92f};
-
 /// A value of the scale, t in [0, 1].
-std::string scale_label(double middle, float t) {
+std::string scale_text(double middle, float t) {
     const double percent = 100 * middle * std::exp2(double((2 * t - 1) * range_stops));
     const char* const open = t <= 0 ? "<" : t >= 1 ? ">" : "";
     return percent < 99.5 ? fmt::format("{}{:.2g} %", open, percent)
                           : fmt::format("{}{:.0f} %", open, percent);
-}
-
-/// The colors, and below them the errors that they mean: a 16th of the middle, the middle and 16
-/// times it, and those between where there is space.
-void draw_scale(Canvas& canvas, int top, double middle) {
-    const int left = margin, width = canvas.width() - 2 * margin, bar = top + margin;
-    for (int x = 0; x < width; ++x)
-        canvas.fill(left + x, bar, 1, bar_height,
-                    canvas::heat(float(x) / float(std::max(width - 1, 1))));
-    constexpr float all[] = {0, 0.25f, 0.5f, 0.75f, 1};
-    const bool has_space = width >= 5 * 90;
-    for (const float t : all) {
-        if (!has_space && t != 0 && t != 0.5f && t != 1) continue;
-        const std::string text = scale_label(middle, t);
-        const int text_width = Canvas::text_width(text);
-        const int x = left + int(t * float(width - 1));
-        canvas.fill(x, bar + bar_height, 1, 4, letters);
-        canvas.write(std::clamp(x - text_width / 2, left, left + width - text_width),
-                     bar + bar_height + 6, text_width, text, letters);
-    }
 }
 
 image::Channel root_of(const char* name, const std::vector<double>& squares) {
@@ -103,11 +78,10 @@ Result<void> write_error_image(const std::string& path, const image::Image& erro
             std::copy(color.begin(), color.end(), &rgb[3 * frame.index(x, y)]);
         }
     }
-    Canvas canvas(std::max(frame.width(), min_map_width), frame.height() + scale_height,
-                  background);
-    canvas.paste(0, 0, frame.width(), frame.height(), rgb);
-    draw_scale(canvas, frame.height(), middle);
-    return image::write_display_image(path, canvas.width(), canvas.height(), canvas.rgb());
+    std::vector<canvas::ScaleLabel> labels;
+    for (const float t : {0.0f, 0.5f, 1.0f}) labels.push_back({t, scale_text(middle, t)});
+    const canvas::Canvas map = canvas::with_heat_scale(frame.width(), frame.height(), rgb, labels);
+    return image::write_display_image(path, map.width(), map.height(), map.rgb());
 }
 
 }  // namespace velatura::compositor::noise

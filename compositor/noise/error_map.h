@@ -17,9 +17,6 @@ inline constexpr int pooling_radius = 3;
 /// units of the image, and `relative` that of the pixel as √relMSE counts it. Data, no beauty.
 image::Image error_image(const LayerStack& stack, const MixError& mix);
 
-/// Width of a map with its scale, at least; pixels.
-inline constexpr int min_map_width = 300;
-
 /// The same for the eye, as .png or .jpg over the display window: `relative` by its share of
 /// `middle` (√relMSE of the image), a 16th and less black, 16 times and more white, in equal
 /// steps of stops. A scale of the colors with numbers is below it. Errors: "io-write".
