@@ -46,6 +46,7 @@ int run_command(int argc, char** argv) {
     add_bake_command(app, run);
     add_help_command(app, run, {}, end_with).example("velatura-comp help mix");
     if (const std::optional<CommandExit> ended = app.parse(argc, argv)) return end_with(*ended);
+    std::fputs(app.notes().c_str(), stderr);
     return run ? run() : int(usage);
 }
 

@@ -18,11 +18,13 @@ namespace {
 struct MergeOptions {
     std::vector<std::string> inputs;
     std::string output, frames;
-    bool keep_sums = false;
+    bool is_resumable = false;
 };
 
-int merge_one(const std::vector<std::string>& inputs, const std::string& output, bool keep_sums) {
-    const auto written = merge_files(inputs, output, keep_sums);
+int merge_one(const std::vector<std::string>& inputs,
+              const std::string& output,
+              bool is_resumable) {
+    const auto written = merge_files(inputs, output, is_resumable);
     if (!written) return report(written.error());
     fmt::print("{}  {}\n", written->sha256, output);
     return done;
@@ -40,12 +42,12 @@ int run_merge(const MergeOptions& o) {
             if (of_input.empty()) return report({"frame-missing", "no frame found of " + input});
             files.insert(files.end(), of_input.begin(), of_input.end());
         }
-        return merge_one(files, o.output, o.keep_sums);
+        return merge_one(files, o.output, o.is_resumable);
     }
     return run_frames({o.inputs, {o.output}, o.frames}, [&](const FrameNames& names) {
         std::vector<std::string> files;
         for (const std::string& input : o.inputs) files.push_back(names.input(input));
-        return merge_one(files, names.output(o.output), o.keep_sums);
+        return merge_one(files, names.output(o.output), o.is_resumable);
     });
 }
 
@@ -64,8 +66,10 @@ void add_merge_command(Command& app, std::function<int()>& run) {
         .reads();
     add_frames_option(command, o->frames);
     command.add_option("-o,--output", o->output, "Merged file").required().writes();
-    command.add_flag("--keep-sums", o->keep_sums,
-                     "Resumable output: store the exact sums, for --resume or another merge");
+    command
+        .add_flag("--resumable,--keep-sums", o->is_resumable,
+                  "Resumable output: store the exact sums, for --resume or another merge")
+        .former_name("--keep-sums");
     command.example("velatura-comp merge a.exr b.exr -o shot.exr");
     command.callback([&run, o] { run = [o] { return run_merge(*o); }; });
 }

@@ -131,7 +131,7 @@ int run_mix(const MixOptions& o) {
     if (o.with_layers && storage->type == image::ChannelType::Half)
         return report({"bad-output",
                        "--with-layers keeps the types of the file: as halves the layers would no "
-                       "longer add up to the mix; leave --depth half out"});
+                       "longer add up to the mix; remove --depth half"});
     auto look = o.look.look();
     if (!look) return report(look.error());
     if (!o.display.empty()) look->display = o.display;

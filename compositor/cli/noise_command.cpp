@@ -37,7 +37,7 @@ std::string duration(double seconds) {
 std::string text_of(const noise::ControlCap& cap) {
     const bool is_gain = cap.control.kind == Control::Kind::Gain;
     const std::string option = (is_gain ? "--gain " : "--shadow ") + cap.control.target;
-    if (!cap.max) return fmt::format("Taking back {} does not reach it.", option);
+    if (!cap.max) return fmt::format("Removing {} is not enough.", option);
     return is_gain && *cap.max > 0
                ? fmt::format("Or {}={:+.2f}st in place of {}.", option,
                              std::round(100 * std::log2(*cap.max)) / 100 + 0.0, cap.control.value)
@@ -61,8 +61,9 @@ void print_text(const noise::NoiseForecast& f,
     if (frame) fmt::print("frame {}\n", *frame);
     fmt::print("as rendered  {}\nthis mix     {}\n", interval(f.rendered), interval(f.mix));
     if (f.error.storage > f.mix.value / 3)
-        fmt::print("Half floats round by {}: render with --float-layers to see what is below.\n",
-                   percent(f.error.storage));
+        fmt::print(
+            "Rounding to half adds {}; render with --float-layers to measure noise below it.\n",
+            percent(f.error.storage));
     const noise::NoiseAdvice& a = f.advice;
     if (a.sample_factor <= 1) {
         fmt::print("{} is reached.\n", percent(a.target));
@@ -151,6 +152,10 @@ int noise_one(const NoiseOptions& o, std::optional<int> frame) {
             return report(written.error());
     }
     (o.json ? print_json : print_text)(*forecast, mean_samples(*stack), seconds, frame);
+    if (!o.json && is_display_image(o.output))
+        fmt::print("{}: black {} or less, orange {}, white {} or more, on a log scale\n", o.output,
+                   percent(forecast->mix.value / 16), percent(forecast->mix.value),
+                   percent(16 * forecast->mix.value));
     return done;
 }
 

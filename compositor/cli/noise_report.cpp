@@ -68,9 +68,9 @@ std::string percent(double value) {
 
 std::string interval(const statistics::RelativeError& error) {
     if (error.is_lower)
-        return fmt::format(
-            "> {} (rare bright samples: a lower bound; {} pixel{} half of the squared error)",
-            percent(error.value), error.half_in, error.half_in == 1 ? " holds" : "s hold");
+        return fmt::format("> {} (a lower bound: {} pixel{} half of the squared error)",
+                           percent(error.value), error.half_in,
+                           error.half_in == 1 ? " holds" : "s hold");
     return fmt::format("{} ({:.3g} to {:.3g})", percent(error.value), 100 * error.low,
                        100 * error.high);
 }

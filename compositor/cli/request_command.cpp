@@ -77,7 +77,7 @@ int run_request(const RequestOptions& o) {
     if (!counts)
         return report(
             {counts.error().code,
-             fmt::format("{}: {}; render with --keep-sums, so that --resume can continue it",
+             fmt::format("{}: {}; render with --resumable, so that --resume can continue it",
                          mix->input, counts.error().message)});
     const auto goal = wish_of(o, *counts);
     if (!goal) return report(goal.error());
@@ -92,7 +92,7 @@ int run_request(const RequestOptions& o) {
 void declare(Command& command, const std::shared_ptr<RequestOptions>& o) {
     command
         .add_option("input", o->input,
-                    "File rendered with --halves --keep-sums, or shot.####.exr with --frame")
+                    "File rendered with --halves --resumable, or shot.####.exr with --frame")
         .required()
         .reads();
     o->look.add_to(command);

@@ -36,7 +36,7 @@ int verify_one(const VerifyOptions& o) {
     for (const layers::FamilyClosure& c : check.closure) {
         fmt::print("  {}: {} AOVs sum to the beauty: OK, {}\n", c.family, c.order.size(),
                    c.is_exact ? std::string("bit for bit")
-                              : fmt::format("within rounding ({:.3f} of the bound)", c.measured));
+                              : fmt::format("within rounding ({:.3f} of its bound)", c.measured));
     }
     return done;
 }

@@ -2,6 +2,7 @@
 #include "compositor/inspect/flip.h"
 
 #include "base/tasks.h"
+#include "canvas/color_scale.h"
 #include "canvas/false_color.h"
 #include "image/formats.h"
 
@@ -344,7 +345,9 @@ Result<void> write_flip_image(const std::string& path,
         const auto color = canvas::heat(map[i]);
         std::copy(color.begin(), color.end(), &rgb[3 * i]);
     }
-    return image::write_display_image(path, window.width(), window.height(), rgb);
+    const canvas::Canvas scaled = canvas::with_heat_scale(
+        window.width(), window.height(), rgb, {{0, "0"}, {0.25f, "0.25"}, {0.5f, "0.5"}, {1, "1"}});
+    return image::write_display_image(path, scaled.width(), scaled.height(), scaled.rgb());
 }
 
 }  // namespace velatura::compositor::inspect

@@ -44,7 +44,8 @@ Flip hdr_flip(const Planes& reference,
 /// R, G, B of a layer (`rgba`: the beauty) as planes. Errors: "unknown-name".
 Result<Planes> planes_of(const image::Image& image, const std::string& layer);
 
-/// A map as .png or .jpg over the data window, black 0 to white 1. Errors: "io-write".
+/// A map as .png or .jpg over the data window, black 0 to white 1, with its scale below. Errors:
+/// "io-write".
 Result<void> write_flip_image(const std::string& path,
                               const image::Window& window,
                               const std::vector<float>& map);

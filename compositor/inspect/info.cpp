@@ -156,6 +156,28 @@ std::vector<std::string> effects_of(const Json& plan) {
     return names;
 }
 
+/// "indirect 2, direct 10": a value of a setting, which can be several.
+std::string setting_value(const Json& value) {
+    if (!value.is_object()) return text_of(value);
+    std::string text;
+    for (const auto& [key, part] : value.items())
+        text += fmt::format("{}{} {}", text.empty() ? "" : ", ", key, text_of(part));
+    return text;
+}
+
+/// An entry of the statistics' ledger: "max-depth 4: about 2 % of all light is missing".
+std::string setting_text(const Json& entry) {
+    if (!entry.is_object()) return text_of(entry);
+    std::string text = text_of(entry.value("approximation", Json("?")));
+    if (entry.contains("value")) text += " " + setting_value(entry["value"]);
+    if (entry.value("kind", Json()) == "consistent") text += " (consistent)";
+    if (entry.contains("effect")) return text + ": " + text_of(entry["effect"]);
+    for (const auto& [key, value] : entry.items())
+        if (key != "approximation" && key != "value" && key != "kind")
+            text += fmt::format("; {} {}", key, text_of(value));
+    return text;
+}
+
 /// Who rendered what with what: program, scene, estimator, effects, and every approximation.
 std::string origin_text(const image::Image& image) {
     std::string text;
@@ -180,13 +202,9 @@ std::string origin_text(const image::Image& image) {
     if (const auto effects = effects_of(parsed(image, layers::plan_attribute)); !effects.empty())
         text += fmt::format("effects    {}\n", fmt::join(effects, " "));
     if (!stats.contains("ledger")) return text;
-    if (stats["ledger"].empty()) text += "ledger     biased settings: none\n";
-    for (const Json& entry : stats["ledger"]) {
-        text += "ledger    ";
-        for (const auto& [key, value] : entry.items())
-            text += fmt::format("{}{}", key == "approximation" ? " " : "; ", text_of(value));
-        text += "\n";
-    }
+    if (stats["ledger"].empty()) text += "biased settings: none\n";
+    for (const Json& entry : stats["ledger"])
+        text += fmt::format("biased setting: {}\n", setting_text(entry));
     return text;
 }
 
@@ -226,9 +244,8 @@ std::string info_text(const LayerStack& stack) {
         text += fmt::format("  bad      --replay {},{},{} ({})\n", b.x, b.y, b.sample, b.reason);
     for (const layers::FamilyClosure& c : header.closure) {
         text += fmt::format(
-            "closure    {}: {} layers, {}; {:.3f} of the bound to the unrounded sums\n", c.family,
-            c.order.size(), c.is_exact ? "beauty is their fold bit for bit" : "within rounding",
-            c.measured);
+            "closure    {}: {} AOVs sum to the beauty {}; {:.3f} of the rounding bound\n", c.family,
+            c.order.size(), c.is_exact ? "bit for bit" : "within rounding", c.measured);
     }
     if (header.closure.empty() && !stack.is_plain()) text += "closure    no light layers stored\n";
     if (const auto columns = stack.column_names(); !columns.empty()) {

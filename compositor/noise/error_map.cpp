@@ -1,17 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/noise/error_map.h"
 
+#include "canvas/color_scale.h"
 #include "canvas/false_color.h"
 #include "image/box_mean.h"
 #include "image/formats.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <vector>
 
 namespace velatura::compositor::noise {
 
 namespace {
+
+constexpr float range_stops = 4;  // to either side of the middle
+
+/// A value of the scale, t in [0, 1].
+std::string scale_text(double middle, float t) {
+    const double percent = 100 * middle * std::exp2(double((2 * t - 1) * range_stops));
+    const char* const open = t <= 0 ? "<" : t >= 1 ? ">" : "";
+    return percent < 99.5 ? fmt::format("{}{:.2g} %", open, percent)
+                          : fmt::format("{}{:.0f} %", open, percent);
+}
 
 image::Channel root_of(const char* name, const std::vector<double>& squares) {
     image::Channel channel = image::Channel::make(name, image::ChannelType::Float, squares.size());
@@ -50,7 +64,6 @@ image::Image error_image(const LayerStack& stack, const MixError& mix) {
 }
 
 Result<void> write_error_image(const std::string& path, const image::Image& errors, double middle) {
-    constexpr float range_stops = 4;  // to either side
     const image::Window& frame = errors.display;
     std::vector<float> rgb(3 * frame.pixel_count(), 0.0f);
     const image::Channel& relative = *errors.find("relative");
@@ -65,7 +78,10 @@ Result<void> write_error_image(const std::string& path, const image::Image& erro
             std::copy(color.begin(), color.end(), &rgb[3 * frame.index(x, y)]);
         }
     }
-    return image::write_display_image(path, frame.width(), frame.height(), rgb);
+    std::vector<canvas::ScaleLabel> labels;
+    for (const float t : {0.0f, 0.5f, 1.0f}) labels.push_back({t, scale_text(middle, t)});
+    const canvas::Canvas map = canvas::with_heat_scale(frame.width(), frame.height(), rgb, labels);
+    return image::write_display_image(path, map.width(), map.height(), map.rgb());
 }
 
 }  // namespace velatura::compositor::noise

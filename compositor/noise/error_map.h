@@ -19,7 +19,7 @@ image::Image error_image(const LayerStack& stack, const MixError& mix);
 
 /// The same for the eye, as .png or .jpg over the display window: `relative` by its share of
 /// `middle` (√relMSE of the image), a 16th and less black, 16 times and more white, in equal
-/// steps of stops. Errors: "io-write".
+/// steps of stops. A scale of the colors with numbers is below it. Errors: "io-write".
 Result<void> write_error_image(const std::string& path, const image::Image& errors, double middle);
 
 }  // namespace velatura::compositor::noise

@@ -96,7 +96,7 @@ Result<std::string> write_request(const OutputSource& source, const std::string&
     if (!sums) return sums.error();
     const auto counts = layers::stored_counts(*sums);
     if (!counts)
-        return Error{counts.error().code, fmt::format("{}: {}; render with --keep-sums",
+        return Error{counts.error().code, fmt::format("{}: {}; render with --resumable",
                                                       source.layers, counts.error().message)};
     // As `plan` without a target: the error of the render as it is
     const auto plan = noise::plan_top_up(source.levels->stack(0), *counts, source.task->look, {});

@@ -51,7 +51,7 @@ Result<void> check_texture(const SourceSpec& spec, int max_side) {
         return reject("not a flat image with at least one pixel");
     if (finest.width > max_side || finest.height > max_side)
         return reject(fmt::format(
-            "found {} x {} pixels, expected at most {} along a side (--limit picture-side)",
+            "found {} x {} pixels, expected at most {} along a side (--limit image-side)",
             finest.width, finest.height, max_side));
     if (!has_sane_tiles(finest))
         return reject(

@@ -102,7 +102,9 @@ BudgetOutcome budget_outcome(const RenderJob& job,
     else if (job.settings.schedule.is_open_ended)
         outcome.text = "stopped at the maximum samples without --spp";
     else
-        outcome.text = fmt::format("stopped at {}", a.samples.empty() ? "--spp" : "--samples");
+        outcome.text = a.samples.empty()
+                           ? fmt::format("stopped at --spp {}", a.spp.value_or(default_spp))
+                           : fmt::format("stopped at --samples {}", a.samples);
     if (target > 0 && !is_exact)
         outcome.text += fmt::format(" before --target-error {}", a.target_error);
     else if (outcome.is_missed && is_out_of_time)

@@ -65,7 +65,7 @@ same command until it succeeds.
 
   velatura render shot.usda -o shot.exr --spp 256 --checkpoint 5m --resume
 
---keep-sums makes a finished render resumable. --resume refuses a file of another scene or of
+--resumable makes a finished render resumable. --resume refuses a file of another scene or of
 other settings (exit code 5).
 
 Progress for a scheduler: --progress json, or --progress openjd for Open Job Description.
@@ -128,7 +128,7 @@ Limits of what files can request: --limit NAME=VALUE, repeatable. The defaults a
   prims-per-spec=1000    composed prims per authored one, on average
   layers=1e5             layers of one stage
   array-bytes=1GiB       compressed arrays of .usdc files
-  picture-side=1048576   width and height of a texture
+  image-side=1048576     width and height of a texture
   decode-time=60s        CPU time of one request to an image decoder
   decode-memory=8GiB     memory of an image decoder
 --instance-limit and --volume-memory limit instances and volume grids.

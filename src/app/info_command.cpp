@@ -2,6 +2,8 @@
 #include "app/commands.h"
 #include "app/exit_codes.h"
 #include "app/memory_options.h"
+#include "app/missing_files.h"
+#include "app/progress.h"
 #include "app/scene_loader.h"
 #include "translate/translate.h"
 #include "usd/stage/dump.h"
@@ -82,8 +84,8 @@ void print_summary(const LoadedStage& loaded) {
                stage.meters_per_unit(), stage.time_codes_per_second());
     if (stage.has_time_code_range())
         fmt::print(", frames {} to {}", stage.start_time_code(), stage.end_time_code());
-    fmt::print("\n  {} layers, opened and composed in {:.3f} s\n", loaded.layer_names.size(),
-               loaded.seconds);
+    fmt::print("\n  {}, opened and composed in {:.3f} s\n",
+               format_count(loaded.layer_names.size(), "layer"), loaded.seconds);
     std::map<std::string, size_t> counts;
     count_types(stage.pseudo_root(), counts);
     for (const auto& entry : counts) fmt::print("  {:8} {}\n", entry.second, entry.first);
@@ -121,6 +123,10 @@ int run_info(const InfoArguments& arguments) {
         print_summary(*loaded);
         translate::TranslateOptions options;
         options.time = loaded->stage.start_time_code();
+        const NamedFiles files = report_missing_files(loaded->stage, options.time, diagnostics);
+        if (files.count > 0)
+            fmt::print("  {} of textures, lights and volumes, {} missing\n",
+                       format_count(files.count, "file"), files.missing);
         translate::report_choices(loaded->stage, options, diagnostics);
     }
     return Done;
@@ -130,7 +136,9 @@ int run_info(const InfoArguments& arguments) {
 
 void add_info_command(Command& app, std::function<int()>& run) {
     Command command =
-        app.add_subcommand("info", "Summarize a USD scene: prims, lights, render settings");
+        app.add_subcommand("info",
+                           "Summarize a USD scene: prims, missing textures and other files, "
+                           "chosen camera and settings");
     auto arguments = std::make_shared<InfoArguments>();
     command.add_option("scene", arguments->scene, "USD scene (.usda, .usdc, .usd, .usdz)")
         .required()

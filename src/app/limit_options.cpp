@@ -62,7 +62,7 @@ constexpr LimitOption limit_options[] = {
      [](Limits& l, const std::string& t) {
          return set_to(l.array_bytes, parse_size(t, machine_bytes()));
      }},
-    {"picture-side", "texture width and height, 1048576",
+    {"image-side", "texture width and height, 1048576",
      [](Limits& l, const std::string& t) {
          return set_to(l.image_side, parse_count(t), size_t(1) << 28);
      }},
@@ -79,7 +79,12 @@ constexpr LimitOption limit_options[] = {
      }},
 };
 
-Result<void> set_limit(Limits& limits, const std::string& text) {
+/// A former name.
+constexpr std::string_view former_image_side = "picture-side=";
+
+Result<void> set_limit(Limits& limits, std::string text) {
+    if (text.starts_with(former_image_side))
+        text.replace(0, former_image_side.size(), "image-side=");
     const size_t at = text.find('=');
     if (at == std::string::npos)
         return Error{"usage", fmt::format("expected NAME=VALUE, found \"{}\"", text)};

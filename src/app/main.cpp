@@ -71,6 +71,7 @@ int run_command(int argc, char** argv) {
     add_help_command(app, run, help_topics(), end_with).example("velatura help farm");
     app.set_default_subcommand("render", is_scene_name);
     if (const std::optional<CommandExit> ended = app.parse(argc, argv)) return end_with(*ended);
+    std::fputs(app.notes().c_str(), stderr);
     read_truncated_pages_as_zeros();
     const int code = exit_code_with_missing_assets(run ? run() : UsageError);
     return report_mapping_guard() ? worse_exit_code(code, RenderError) : code;

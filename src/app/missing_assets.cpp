@@ -60,11 +60,15 @@ int exit_code_with_missing_assets(int code) {
                    is_ignored ? "warning" : "error", why.message, why.code);
     if (is_ignored) return code;
     const std::string text = missing_assets_text();
-    if (!text.empty())
+    // Of a command that failed, the messages before this one state what became of the output
+    const bool has_result = code == Done || code == TargetMissed || code == CheckFailed;
+    if (!text.empty() && has_result)
         fmt::print(stderr,
-                   "error: missing assets: {}; the output was written without them; exit code {} "
+                   "error: missing assets: {}; the result lacks them; exit code {} "
                    "(--missing-assets ignore accepts this) [missing-assets]\n",
                    text, worse_exit_code(code, RenderError));
+    else if (!text.empty())
+        fmt::print(stderr, "error: missing assets: {} [missing-assets]\n", text);
     return plugins.empty() && text.empty() ? code : worse_exit_code(code, RenderError);
 }
 

@@ -183,8 +183,9 @@ std::string plan_text(const EffectPlan& plan, bool verbose) {
         const bool is_plain = e.state == EffectState::Absent && !e.is_forced;
         if (is_plain && !verbose) continue;
         const std::string why = e.state == EffectState::Absent ? std::string() : reason(e);
-        text += fmt::format(" off  {:21}{}{}{}{}\n", name, integrator::name_of(e.state),
-                            why.empty() ? "" : ": ", why,
+        const char* const state = e.state == EffectState::Omitted ? "switched off by --effects"
+                                                                  : integrator::name_of(e.state);
+        text += fmt::format(" off  {:21}{}{}{}{}\n", name, state, why.empty() ? "" : ": ", why,
                             e.is_forced ? "; forced on by --effects all" : "");
     }
     if (!verbose) text += fmt::format(" off  absent: {}\n", join_names(plan, EffectState::Absent));
@@ -194,7 +195,8 @@ std::string plan_text(const EffectPlan& plan, bool verbose) {
 std::string needs_text(const PlanNeeds& needs) {
     std::string text = "plugins\n";
     for (const PlanNeeds::Plugin& p : needs.plugins)
-        text += fmt::format(" {} {:21}{}\n", p.is_opened ? "open" : "shut", p.name, p.why);
+        text +=
+            fmt::format(" {:11} {:21}{}\n", p.is_opened ? "loaded" : "not loaded", p.name, p.why);
     if (needs.plugins.empty())
         text += fmt::format(" none found; searched: {}\n", needs.plugin_folders);
     text += fmt::format(

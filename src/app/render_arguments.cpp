@@ -132,13 +132,14 @@ void declare_quality_options(Command quality, RenderArguments& a) {
     constexpr double min_clamp = 1e-30, max_clamp = 1e30;
     quality
         .add_option("--clamp-direct", a.clamp_direct,
-                    "Firefly clamp (biased): maximum channel of one contribution at b0 and b1; "
+                    "Firefly clamp (biased) of b0 and b1: maximum channel of one contribution; "
                     "clamp_ layers keep what it removes")
         .range(min_clamp, max_clamp)
-        .default_text("off");
+        .default_text("off")
+        .common();
     quality
         .add_option("--clamp-indirect", a.clamp_indirect,
-                    "Firefly clamp (biased) from b2 on; clamp_ layers keep what it removes")
+                    "Firefly clamp (biased) of b2 and later, e.g. 2; as --clamp-direct")
         .range(min_clamp, max_clamp)
         .default_text("off")
         .common();
@@ -221,10 +222,8 @@ void declare_layer_options(Command layers, RenderArguments& a) {
                     "Cryptomatte depth: IDs stored per pixel, by coverage")
         .range(1, 64)
         .default_text("6");
-    layers
-        .add_flag("--deep", a.deep,
-                  "Deep image: also write FILE.deep.exr, color and alpha by depth")
-        .common();
+    layers.add_flag("--deep", a.deep,
+                    "Deep image: also write FILE.deep.exr, color and alpha by depth");
     layers
         .add_option("--deep-samples", a.deep_samples,
                     "Maximum deep samples per pixel; above it the nearest to each other are merged")
@@ -240,9 +239,10 @@ void declare_resume_options(Command resume, RenderArguments& a) {
                   "scene or other settings (exit code 5)")
         .common();
     resume
-        .add_flag("--keep-sums", a.keep_sums,
+        .add_flag("--resumable,--keep-sums", a.is_resumable,
                   "Resumable output: store the exact sums that --resume and merge need (about 3 "
                   "times the size)")
+        .former_name("--keep-sums")
         .common();
     resume
         .add_option("--checkpoint", a.checkpoint,
@@ -253,7 +253,7 @@ void declare_resume_options(Command resume, RenderArguments& a) {
     resume
         .add_option("--snapshot", a.snapshot,
                     "Preview interval of a progressive render, e.g. 10s: write an interim image "
-                    "that --resume can continue; the final file needs --keep-sums for that")
+                    "that --resume can continue; the final file needs --resumable for that")
         .type_name("TIME")
         .not_empty();
     resume
@@ -282,15 +282,18 @@ void declare_report_options(Command report, RenderArguments& a) {
         .writes()
         .common();
     report.add_flag("-q,--quiet", a.quiet, "Print errors only").common();
-    report.add_flag("-v,--verbose", a.verbosity, "Print more").common();
+    report.add_flag("-v,--verbose", a.verbosity, "Print more");
     report.add_flag("--strict", a.strict,
                     "Render nothing if the scene has errors; exit code 4 if a sample is bad");
     report
-        .add_option("--texture-failure", a.texture_failure,
-                    "Unreadable textures: color (use the fallback color, and count them) or error "
-                    "(do not render; exit code 1 where it is found during the render)")
-        .one_of({"color", "error"})
-        .synonym("colour", "color");
+        .add_option("--missing-textures,--texture-failure", a.missing_textures,
+                    "Missing or unreadable textures: fallback (use the fallback color, and count "
+                    "them) or error (do not render; exit code 1 where it is found during the "
+                    "render)")
+        .one_of({"fallback", "error"})
+        .synonym("color", "fallback")
+        .synonym("colour", "fallback")
+        .former_name("--texture-failure");
     report.add_option("--replay", a.replay, "Trace sample S of pixel X,Y alone and print its path")
         .type_name("X,Y,S")
         .not_empty();

@@ -40,7 +40,7 @@ struct RenderArguments {
     int max_depth = 0;
     uint64_t seed = 0;
     std::string samples;  ///< A:B
-    bool keep_sums = false;
+    bool is_resumable = false;
     bool resume = false;
     std::string for_mix;  ///< a request of velatura-comp request
     std::string checkpoint;
@@ -84,7 +84,7 @@ struct RenderArguments {
     std::string progress = "bar";
     std::string stats;
     bool strict = false;
-    std::string texture_failure = "color";
+    std::string missing_textures = "fallback";
     std::string replay;  ///< x,y,s
     std::vector<std::string> purposes;
     std::string material_purpose;

@@ -148,8 +148,8 @@ class FrameRenderer {
         const size_t unread = unread_textures(renderer_.world());
         if (!job_.arguments.quiet)
             print_summary(job_, input_.output, *written, unread, noise, result);
-        warn_of_lower_bound(error, !result.curve.is_empty() && result.curve.is_rare(),
-                            renderer_.window(), diagnostics_);
+        warn_of_lower_bound(error, !result.curve.is_empty() && result.curve.is_rare(), renderer_,
+                            diagnostics_);
         if (is_stopped && is_short_of_memory_) {
             warn_of_memory(job_, needs, noise, diagnostics_);
             return TargetMissed;

@@ -317,7 +317,7 @@ bool has_exr_extension(const std::string& path) {
 
 bool keeps_final_sums(const RenderJob& job) {
     const RenderArguments& a = job.arguments;
-    return a.keep_sums || a.resume || !a.checkpoint.empty() || !a.samples.empty();
+    return a.is_resumable || a.resume || !a.checkpoint.empty() || !a.samples.empty();
 }
 
 bool keeps_sums(const RenderJob& job) {

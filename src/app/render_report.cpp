@@ -3,6 +3,7 @@
 
 #include "app/exit_codes.h"
 #include "app/progress.h"
+#include "app/replay.h"
 #include "app/stop_signals.h"
 #include "integrator/subsurface_walk.h"
 
@@ -25,6 +26,22 @@ void note_guiding(const integrator::GuideTraining& training, Diagnostics& diagno
                                  training.is_used ? "" : "not ", why));
 }
 
+/// Why an error that few pixels hold is a lower bound, and which of them to look at.
+std::string few_pixels_text(const statistics::RelativeError& e, const render::Renderer& renderer) {
+    const std::string held = fmt::format(
+        "the error of {:.3g} % is a lower bound; {} of {} pixels hold{} half of the "
+        "squared error",
+        100 * e.value, e.half_in, renderer.window().pixel_count(), e.half_in == 1 ? "s" : "");
+    if (e.worst_x < 0) return "few pixels hold most of the error: " + held;
+    const BrightestSample brightest = brightest_sample(renderer.tracer(), renderer.layers(),
+                                                       renderer.film(), e.worst_x, e.worst_y);
+    return fmt::format(
+        "{}: {}; trace the worst, pixel ({}, {}) sample {}, with --replay {},{},{}",
+        brightest.is_firefly ? "rare bright samples (fireflies)"
+                             : "few pixels, at edges of something bright, hold most of the error",
+        held, e.worst_x, e.worst_y, brightest.sample, e.worst_x, e.worst_y, brightest.sample);
+}
+
 }  // namespace
 
 int reject_frame(const RenderJob& job,
@@ -36,10 +53,10 @@ int reject_frame(const RenderJob& job,
     if (const size_t errors = diagnostics.error_count(); job.arguments.strict && errors > 0)
         diagnostics.error("strict", {}, {},
                           format_count(errors, "error") + "; --strict renders nothing");
-    else if (job.arguments.texture_failure == "error" && unread_textures > 0)
+    else if (job.arguments.missing_textures == "error" && unread_textures > 0)
         diagnostics.error("texture-failure", {}, {},
                           format_count(unread_textures, "unreadable texture") +
-                              "; --texture-failure error renders nothing");
+                              "; --missing-textures error renders nothing");
     else
         return Done;
     return RenderError;
@@ -124,18 +141,14 @@ void report_bad_samples(const film::Film& film,
 
 void warn_of_lower_bound(const std::optional<ImageError>& error,
                          bool is_rare,
-                         const film::Window& window,
+                         const render::Renderer& renderer,
                          Diagnostics& diagnostics) {
     if (!error || !error->is_lower) return;
     const statistics::RelativeError& e = error->error;
     // The few pixels of an image that is exact elsewhere are its edges
     constexpr double negligible = 0.005;
     if (e.is_lower && e.value >= negligible)
-        diagnostics.warn(
-            "rare-light", {}, {},
-            fmt::format("rare bright samples (fireflies): the error of {:.3g} % is a lower bound; "
-                        "{} of {} pixels hold{} half of the squared error",
-                        100 * e.value, e.half_in, window.pixel_count(), e.half_in == 1 ? "s" : ""));
+        diagnostics.warn("rare-light", {}, {}, few_pixels_text(e, renderer));
     if (is_rare)
         diagnostics.warn(
             "rare-light", {}, {},
@@ -159,10 +172,10 @@ bool report_missing_textures(const RenderJob& job,
                              const std::string& output,
                              size_t unread_textures,
                              Diagnostics& diagnostics) {
-    if (job.arguments.texture_failure != "error" || unread_textures == 0) return false;
+    if (job.arguments.missing_textures != "error" || unread_textures == 0) return false;
     diagnostics.error("texture-failure", {}, {},
-                      fmt::format("{} could not be read; fallbacks used in {}; "
-                                  "--texture-failure error makes this an error",
+                      fmt::format("{} missing or unreadable; fallbacks used in {}; "
+                                  "--missing-textures error makes this an error",
                                   format_count(unread_textures, "texture"), output));
     return true;
 }
@@ -173,13 +186,12 @@ void print_summary(const RenderJob& job,
                    size_t unread_textures,
                    const film::NoiseEstimate& noise,
                    const integrator::RenderResult& result) {
-    fmt::print(
-        "{}: {} layers, {} channels, AOVs sum to the beauty (closure {:.3g} of its bound), {}\n",
-        output, written.layers, written.channels, written.closure_measured,
-        format_duration(result.seconds));
+    fmt::print("{}: {} layers, {} channels{}, {}\n", output, written.layers, written.channels,
+               written.closure_family == "none" ? "" : ", AOVs sum to the beauty: OK",
+               format_duration(result.seconds));
     if (unread_textures > 0)
-        fmt::print("{} could not be read; fallbacks used\n",
-                   format_count(unread_textures, "texture"));
+        fmt::print("{} missing or unreadable; fallback{} used\n",
+                   format_count(unread_textures, "texture"), unread_textures == 1 ? "" : "s");
     if (wanted_error(job) > 0 && !result.curve.is_empty())
         fmt::print("{}\n", forecast_text(result.curve, noise.samples_mean, wanted_error(job)));
 }

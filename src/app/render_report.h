@@ -17,7 +17,7 @@
 namespace velatura::app {
 
 /// Reports why nothing is rendered: memory that does not suffice, what --strict or
-/// --texture-failure error refuse; a replay goes on. Returns: an exit code, or Done.
+/// --missing-textures error refuse; a replay goes on. Returns: an exit code, or Done.
 int reject_frame(const RenderJob& job,
                  const MemoryNeeds& needs,
                  size_t unread_textures,
@@ -37,10 +37,10 @@ void report_bad_samples(const film::Film& film,
                         const integrator::RenderResult& result,
                         Diagnostics& diagnostics);
 
-/// Where the stated error is no more than a lower bound.
+/// Where the stated error is no more than a lower bound; with the pixel and sample to replay.
 void warn_of_lower_bound(const std::optional<ImageError>& error,
                          bool is_rare,
-                         const film::Window& window,
+                         const render::Renderer& renderer,
                          Diagnostics& diagnostics);
 
 /// Effects that ran although the plan has them off.
@@ -48,7 +48,7 @@ void report_broken_plan(const std::vector<scene::Effect>& broken,
                         const integrator::RenderResult& result,
                         Diagnostics& diagnostics);
 
-/// Where --texture-failure error is given. Returns: whether there are some.
+/// Where --missing-textures error is given. Returns: whether there are some.
 bool report_missing_textures(const RenderJob& job,
                              const std::string& output,
                              size_t unread_textures,

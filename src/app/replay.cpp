@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/replay.h"
 
+#include "accumulate/pixel_means.h"
 #include "app/exit_codes.h"
 
 #include <fmt/format.h>
+
+#include <algorithm>
 
 namespace velatura::app {
 
@@ -76,6 +79,45 @@ int replay_sample(const integrator::PathTracer& tracer,
         at[0], at[1], at[2], L.x, L.y, L.z, radiance.weight, counts.total(),
         radiance.is_bad() ? fmt::format(", skipped: {}", to_string(radiance.bad_reason())) : "");
     return Done;
+}
+
+BrightestSample brightest_sample(const integrator::PathTracer& tracer,
+                                 const film::LayerSet& layers,
+                                 const film::Film& film,
+                                 int x,
+                                 int y) {
+    const accumulate::SampleSums& sums = film.sums();
+    const accumulate::PixelRecord& record = sums.record(x, y);
+    film::SampleRadiance radiance(layers);
+    integrator::RayCounts counts;
+    BrightestSample found{record.first, false};
+    float brightest = 0;
+    for (uint64_t s = record.first; s < record.end; ++s) {
+        radiance.clear();
+        tracer.trace(x, y, s, radiance, counts);
+        if (radiance.is_bad()) continue;
+        const Rgb value = radiance.radiance();
+        const float channel = std::max({value.x, value.y, value.z});
+        if (channel <= brightest) continue;
+        brightest = channel;
+        found.sample = s;
+    }
+    // At an edge a pixel beside it shows what the sample hit
+    constexpr int radius = 2;
+    constexpr float far_brighter = 4;
+    float around = 0;
+    const film::Window& w = film.window();
+    for (int v = std::max(y - radius, w.y0); v < std::min(y + radius + 1, w.y1); ++v) {
+        for (int u = std::max(x - radius, w.x0); u < std::min(x + radius + 1, w.x1); ++u) {
+            if (u == x && v == y) continue;
+            const accumulate::EarlierMean mean =
+                accumulate::mean_of(sums.total(u, v, accumulate::AccumulatorTable::beauty),
+                                    sums.total(u, v, accumulate::AccumulatorTable::coverage));
+            around = std::max({around, float(mean[0]), float(mean[1]), float(mean[2])});
+        }
+    }
+    found.is_firefly = brightest > far_brighter * around;
+    return found;
 }
 
 }  // namespace velatura::app

@@ -16,4 +16,17 @@ int replay_sample(const integrator::PathTracer& tracer,
                   const scene::Scene& scene,
                   const std::array<uint64_t, 3>& x_y_sample);
 
+/// The brightest sample of a pixel of the film, traced again.
+struct BrightestSample {
+    uint64_t sample = 0;
+    /// It is far brighter than the pixels around: a firefly, and no edge of something bright.
+    bool is_firefly = false;
+};
+
+BrightestSample brightest_sample(const integrator::PathTracer& tracer,
+                                 const film::LayerSet& layers,
+                                 const film::Film& film,
+                                 int x,
+                                 int y);
+
 }  // namespace velatura::app

@@ -63,7 +63,7 @@ Result<std::optional<EarlierPart>> read_earlier_part(const std::string& path) {
     Result<accumulate::SampleSums> sums = layers::read_sums(*file);
     if (!sums && sums.error().code == "no-sums")
         return refused(
-            "it is not resumable; render with --keep-sums, --checkpoint, --snapshot or --resume "
+            "it is not resumable; render with --resumable, --checkpoint, --snapshot or --resume "
             "from the start");
     if (!sums) return refused(sums.error().message);
     EarlierPart part{std::move(*sums),

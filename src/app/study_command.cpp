@@ -48,7 +48,7 @@ int fail(const Error& error, int code) {
 
 /// Options of a render that a study has no use for: it neither lists nor takes them.
 constexpr std::array refused_options = {
-    "--frames",       "--samples",        "--keep-sums",   "--for-mix",
+    "--frames",       "--samples",        "--resumable",   "--for-mix",
     "--target-error", "--require-target", "--halves",      "--deep",
     "--deep-samples", "--checkpoint",     "--snapshot",    "--stats",
     "--strict",       "--replay",         "--cryptomatte", "--cryptomatte-levels",

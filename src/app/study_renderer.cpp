@@ -226,9 +226,9 @@ Result<std::shared_ptr<const StudyRenderer::Prepared>> StudyRenderer::prepare(
     p->place_key = place_key(p->job);
     const integrator::World& world = *p->place->world;
     if (const size_t unread = unread_textures(world);
-        unread > 0 && job_.arguments.texture_failure == "error")
+        unread > 0 && job_.arguments.missing_textures == "error")
         return Error{"texture-failure", format_count(unread, "unreadable texture") +
-                                            "; --texture-failure error studies nothing"};
+                                            "; --missing-textures error studies nothing"};
     const std::atomic<bool>* stop = &StopSignals::stop_flag();
 
     const double start = cpu_seconds();

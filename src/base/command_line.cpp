@@ -44,6 +44,8 @@ struct Declarations {
         return *at;
     }
 
+    /// Notes on former names among the words of a command line.
+    std::string former_names(const std::vector<std::string>& words) const;
     /// Whether its values are files that the command reads or writes.
     bool names_files(const CLI::Option* option) const;
     void add_overwrite_flag(CLI::App* command);
@@ -76,7 +78,7 @@ std::vector<const CLI::App*> named_subcommands(const CLI::App& app) {
         [](const CLI::App* sub) { return !sub->get_name().empty() && !sub->get_group().empty(); });
 }
 
-/// Long names of a command and its groups, without dashes and without hidden ones.
+/// Long names of a command and its groups, former ones too, without dashes and without hidden ones.
 void add_long_names(const CLI::App& app, std::vector<std::string>& names) {
     for (const CLI::Option* const option : app.get_options())
         if (!is_hidden(*option))
@@ -363,6 +365,11 @@ Option Option::hidden() {
     return *this;
 }
 
+Option Option::former_name(const std::string& name) {
+    all_->help[option_].former_names.push_back(name);
+    return *this;
+}
+
 Option Option::range(int min, int max) {
     limit(option_, all_->help[option_].range, min, max);
     return *this;
@@ -518,6 +525,21 @@ std::string Declarations::guard_inputs() const {
         if (!checked && problem.empty()) problem = name + ": " + checked.error().message;
     });
     return problem;
+}
+
+std::string Declarations::former_names(const std::vector<std::string>& words) const {
+    std::string notes;
+    for (const auto& [option, is] : help) {
+        if (option->count() == 0) continue;
+        for (const std::string& former : is.former_names)
+            for (const std::string& word : words)
+                if (word.substr(0, word.find('=')) == former) {
+                    notes +=
+                        fmt::format("note: {} is now {} [renamed]\n", former, option->get_name());
+                    break;
+                }
+    }
+    return notes;
 }
 
 Command Command::add_subcommand(const std::string& name, const std::string& help) {
@@ -740,6 +762,7 @@ std::optional<CommandExit> CommandLine::parse(const std::vector<std::string>& ar
     }
     if (const std::string wrong = declarations_->miscount(); !wrong.empty())
         return usage_exit(*owned_, wrong);
+    notes_ = declarations_->former_names(arguments);
     const std::string problem = declarations_->guard_inputs();
     if (problem.empty()) return std::nullopt;
     return CommandExit{usage_error, "error: " + problem + " [overwrites-input]\n", problem};

@@ -47,6 +47,8 @@ class Option {
     Option common();
     /// Not listed in the help.
     Option hidden();
+    /// One of its names, which still works, is in no help, and gives a note (CommandLine::notes).
+    Option former_name(const std::string& name);
 
     /// Refuses values outside [min, max], which the help prints.
     Option range(int min, int max);
@@ -190,6 +192,9 @@ class CommandLine : public Command {
     /// The same for arguments in order, without the program's name.
     std::optional<CommandExit> parse(const std::vector<std::string>& arguments);
 
+    /// Of the arguments parsed: whole lines, for stderr. One for each former name of an option.
+    std::string notes() const { return notes_; }
+
   private:
     CommandLine(std::unique_ptr<CLI::App> app, std::unique_ptr<Declarations> all);
 
@@ -197,7 +202,7 @@ class CommandLine : public Command {
 
     std::unique_ptr<CLI::App> owned_;
     std::unique_ptr<Declarations> declarations_;
-    std::string default_subcommand_;
+    std::string default_subcommand_, notes_;
     std::function<bool(const std::string&)> is_of_default_;
 };
 

@@ -60,7 +60,10 @@ std::string head_of(const CLI::Option& option, const OptionHelp& help) {
     if (option.get_positional()) return option.get_name(true);
     std::string names;
     for (const std::string& name : option.get_snames()) names += "-" + name + ", ";
-    for (const std::string& name : option.get_lnames()) names += "--" + name + ", ";
+    const std::vector<std::string>& former = help.former_names;
+    for (const std::string& name : option.get_lnames())
+        if (std::find(former.begin(), former.end(), "--" + name) == former.end())
+            names += "--" + name + ", ";
     names.resize(names.size() - 2);
     if (option.get_items_expected_max() == 0) return names;
     std::string value = help.value.empty() ? option.get_type_name() : help.value;

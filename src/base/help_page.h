@@ -18,7 +18,8 @@ struct OptionHelp {
     std::string default_value;  ///< empty: not printed
     std::string range;          ///< e.g. "1 to 64"; empty: not printed
     bool is_repeatable = false;
-    bool is_common = false;  ///< in --help; the others only in --help-all
+    bool is_common = false;                 ///< in --help; the others only in --help-all
+    std::vector<std::string> former_names;  ///< "--resumable": not printed
 };
 
 /// What stands below the options of a command.

@@ -33,6 +33,14 @@ statistics::RelativeError with_interval(double value, double deviation) {
             .high = value * std::exp(quantile * deviation)};
 }
 
+/// What an estimate says of itself beside its value and interval.
+void copy_bound(const RelativeError& from, RelativeError& to) {
+    to.half_in = from.half_in;
+    to.is_lower = from.is_lower;
+    to.worst_x = from.worst_x;
+    to.worst_y = from.worst_y;
+}
+
 }  // namespace
 
 void ErrorCurve::add(const ErrorObservation& seen) {
@@ -141,8 +149,7 @@ std::vector<ErrorPoint> ErrorCurve::points() const {
         const double value = o.seen.change.value * std::exp(offset(s.value));
         points.push_back({o.seen.samples_mean, o.seen.time_s,
                           with_interval(value, std::hypot(deviation_of(o), open))});
-        points.back().error.half_in = o.seen.change.half_in;
-        points.back().error.is_lower = o.seen.change.is_lower;
+        copy_bound(o.seen.change, points.back().error);
     }
     if (points.empty()) return points;
 
@@ -153,8 +160,7 @@ std::vector<ErrorPoint> ErrorCurve::points() const {
     const double deviation = std::hypot(1 / std::sqrt(m.weight), open, ahead * s.deviation);
     const statistics::RelativeError seen = points.back().error;
     points.back().error = with_interval(value, deviation);
-    points.back().error.half_in = seen.half_in;
-    points.back().error.is_lower = seen.is_lower;
+    copy_bound(seen, points.back().error);
     return points;
 }
 

@@ -168,6 +168,11 @@ void ImageErrorSum::add(int width,
             Bin& bin = bins_[bin_of(dark)];
             ++bin.count;
             bin.sum += dark;
+            if (dark > worst_) {
+                worst_ = dark;
+                worst_x_ = x;
+                worst_y_ = top + row;
+            }
         }
     }
 }
@@ -216,6 +221,11 @@ void ImageErrorSum::add(const ImageErrorSum& other) {
         outliers_.change[i] += other.outliers_.change[i];
     outliers_.own_change += other.outliers_.own_change;
     variance_ += other.variance_;
+    if (other.worst_ > worst_) {
+        worst_ = other.worst_;
+        worst_x_ = other.worst_x_;
+        worst_y_ = other.worst_y_;
+    }
     bins_.resize(bin_count);
     for (size_t i = 0; i < other.bins_.size(); ++i) {
         bins_[i].count += other.bins_[i].count;
@@ -257,6 +267,8 @@ RelativeError ImageErrorSum::result() const {
     const double share = 1 - doubt * (1 - std::min(1.0, largest_excess * own));
     for (double* part : {&stated.value, &stated.low, &stated.high}) *part *= share;
     stated.half_in = half_in();
+    stated.worst_x = worst_x_;
+    stated.worst_y = worst_y_;
     return stated;
 }
 
@@ -283,7 +295,12 @@ std::optional<RelativeError> image_error(const image::Window& window, const Fill
     if (!is_known) return std::nullopt;
     ImageErrorSum sum;
     for (const ImageErrorSum& strip : strips) sum.add(strip);
-    return sum.result();
+    RelativeError error = sum.result();
+    if (error.worst_x >= 0) {
+        error.worst_x += window.x0;
+        error.worst_y += window.y0;
+    }
+    return error;
 }
 
 RelativeError image_error(int width, int height, const NoisyImage& image) {

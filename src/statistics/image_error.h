@@ -130,7 +130,9 @@ class ImageErrorSum {
 
     BySet likely_{}, counts_{};
     Outliers outliers_;
-    double variance_ = 0;    ///< of the sum of squares: what is not known of the pixels
+    double variance_ = 0;  ///< of the sum of squares: what is not known of the pixels
+    double worst_ = -1;    ///< the largest square, by the dark bases
+    int worst_x_ = -1, worst_y_ = -1;
     std::vector<Bin> bins_;  ///< of pixels, by the dark bases; [float bits / 2^18]
 };
 

@@ -17,6 +17,9 @@ struct RelativeError {
     /// rare bright samples, of which other pixels have met none yet. The value is a lower bound,
     /// the interval means nothing.
     bool is_lower = false;
+
+    /// The pixel with the largest squared error, where `is_lower`; -1: not known.
+    int worst_x = -1, worst_y = -1;
 };
 
 /// Square of the relative error of one channel of a pixel. The constant keeps black pixels from

@@ -170,7 +170,7 @@ std::string all_settings(const Report& r) {
 
 std::string notes(const Report& r) {
     return fmt::format(
-        "<h2>How this was found</h2><p>{} rounds, each of one render of every setting with one "
+        "<h2>How this was measured</h2><p>{} rounds, each of one render of every setting with one "
         "seed for all of them, of {} × {} pixels, one in each cell of a grid over the "
         "image. "
         "Noise is the spread of independent seeds. Bias is the difference from the exact setting "

@@ -161,7 +161,7 @@ std::string maps_section(const Report& r) {
     }
     if (html.empty()) return html;
     return fmt::format(
-        "<h2>Where the error is, and where the time goes</h2><p>{} of the pixels carry half of the "
+        "<h2>Where the error is, and where the time goes</h2><p>{} of the pixels have half of the "
         "squared noise, {} half of the time.</p><div class=\"plots\">{}</div>",
         percent(r.concentration), percent(r.time_concentration), html);
 }

@@ -4,6 +4,8 @@
 #include "canvas/false_color.h"
 #include "statistics/relative_error.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,11 +14,21 @@ namespace velatura::study {
 
 namespace {
 
-/// From a 16th of the mean to 16 times it, on a scale of logarithms.
-StudyMap heat_map(std::string name, std::string caption, const std::vector<double>& values) {
-    StudyMap map{std::move(name), std::move(caption), {}};
+/// From a 16th of the mean to 16 times it, on a scale of logarithms, which the caption states with
+/// values of this factor and unit.
+StudyMap heat_map(std::string name,
+                  const std::string& what,
+                  const std::vector<double>& values,
+                  double factor,
+                  const char* unit) {
     double mean = 0;
     for (const double v : values) mean += v / double(values.size());
+    StudyMap map{
+        std::move(name),
+        fmt::format("{}, log scale: black {:.3g} {} or less, red {:.3g} {} (the mean), "
+                    "white {:.3g} {} or more",
+                    what, factor * mean / 16, unit, factor * mean, unit, factor * mean * 16, unit),
+        {}};
     for (const double v : values) {
         const auto color = canvas::glow(v > 0 && mean > 0 ? (std::log2(v / mean) + 4) / 8 : 0.0);
         map.rgb.insert(map.rgb.end(), color.begin(), color.end());
@@ -59,7 +71,7 @@ void add_maps(Report& report,
               const std::vector<Setting>& settings,
               const Tallies& tallies) {
     if (reference.means.size() != 3 * tallies.grid.pixels()) return;
-    StudyMap image{"picture", "Mean of all renders, one pixel of each cell of the image", {}};
+    StudyMap image{"image", "Mean of all renders, one pixel of each cell of the image", {}};
     for (const double m : reference.means) image.rgb.push_back(encoded(m));
     report.maps.push_back(std::move(image));
 
@@ -71,17 +83,14 @@ void add_maps(Report& report,
                 statistics::relative_square(base->image.variance(i), reference.means[i]));
         squares = per_pixel(squares);
         report.concentration = half_in(squares);
-        report.maps.push_back(
-            heat_map("noise", "Relative noise, from a 16th of its mean (black) to 16 times (white)",
-                     roots(squares)));
+        report.maps.push_back(heat_map("noise", "Relative noise", roots(squares), 100, "%"));
     }
     if (tallies.pixel_s.count > 0) {
         std::vector<double> seconds;
         for (size_t i = 0; i < tallies.pixel_s.sum.size(); ++i)
             seconds.push_back(tallies.pixel_s.mean(i));
         report.time_concentration = half_in(seconds);
-        report.maps.push_back(
-            heat_map("time", "Time, from a 16th of its mean (black) to 16 times (white)", seconds));
+        report.maps.push_back(heat_map("time", "Time per pixel", seconds, 1e3, "ms"));
     }
     // What the render as it is leaves out, where something is seen of it
     for (size_t s = 1; s < settings.size(); ++s) {
@@ -91,10 +100,8 @@ void add_maps(Report& report,
         for (size_t i = 0; i < reference.means.size(); ++i)
             squares.push_back(
                 statistics::relative_square(d.mean(i) * d.mean(i), reference.means[i]));
-        report.maps.push_back(heat_map(
-            "bias",
-            "Bias by " + settings[s].knob + ", from a 16th of its mean (black) to 16 times (white)",
-            roots(per_pixel(squares))));
+        report.maps.push_back(
+            heat_map("bias", "Bias by " + settings[s].knob, roots(per_pixel(squares)), 100, "%"));
     }
 }
 

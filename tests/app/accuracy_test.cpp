@@ -7,8 +7,12 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <regex>
+#include <string>
+#include <vector>
 
 namespace velatura::test {
 
@@ -51,6 +55,64 @@ TEST(Accuracy, ErrorsThatDoNotFallAreLowerBoundsInAllThatIsSaid) {
     EXPECT_EQ(stats.at("error").at("reached"), false);
     EXPECT_EQ(stats.at("forecast").at("state"), "rare-light");
     EXPECT_EQ(stats.at("forecast").at("is_lower"), true);
+}
+
+/// Few pixels hold the error: the warning names a sample of one for --replay, the brightest of it.
+TEST(Accuracy, TheBrightestSampleOfTheWorstPixelIsNamed) {
+    const Workplace w;
+    const std::string render =
+        "render '" VELATURA_SOURCE_DIR "/scenes/transport/glass.usda' --res 48 48 --spp 8";
+    const std::string said = w.velatura(render + " --progress none -o x.exr").output;
+    const std::regex named(
+        "rare bright samples \\(fireflies\\): .*, pixel \\((\\d+), (\\d+)\\) sample (\\d), "
+        "with --replay (\\S+) ");
+    std::smatch found;
+    ASSERT_TRUE(std::regex_search(said, found, named)) << said;
+    const std::string pixel = found.str(1) + "," + found.str(2) + ",";
+    EXPECT_EQ(found.str(4), pixel + found.str(3));
+    const std::regex radiance(R"(radiance \((\S+), (\S+), (\S+)\), weight)");
+    std::vector<double> brightness;
+    for (int s = 0; s < 8; ++s) {
+        const std::string path =
+            w.velatura(render + " --replay " + pixel + std::to_string(s)).output;
+        std::smatch rgb;
+        ASSERT_TRUE(std::regex_search(path, rgb, radiance)) << path;
+        brightness.push_back(
+            std::max({std::stod(rgb.str(1)), std::stod(rgb.str(2)), std::stod(rgb.str(3))}));
+    }
+    EXPECT_EQ(std::max_element(brightness.begin(), brightness.end()) - brightness.begin(),
+              std::stoi(found.str(3)));
+}
+
+/// An edge of something bright is no firefly.
+TEST(Accuracy, AnEdgeIsNamedAsOne) {
+    const Workplace w;
+    const std::string said =
+        w.velatura("render '" VELATURA_SOURCE_DIR
+                   "/scenes/cornell/cornell.usda' --res 48 48 --spp 16 --progress none -o x.exr")
+            .output;
+    EXPECT_NE(said.find("few pixels, at edges of something bright, hold most of the error: "),
+              std::string::npos)
+        << said;
+    EXPECT_EQ(said.find("fireflies"), std::string::npos) << said;
+}
+
+/// What is biased, and that the layers sum to the beauty, is printed in the field's words.
+TEST(Accuracy, BiasedSettingsAndTheSumOfLayersArePrinted) {
+    const Workplace w;
+    w.write("s.usda", small_scene());
+    const std::string render = "render s.usda --res 12 9 --spp 2 --progress none -o s.exr ";
+    EXPECT_NE(w.velatura(render).output.find(" channels, AOVs sum to the beauty: OK, "),
+              std::string::npos);
+    EXPECT_NE(w.comp("info s.exr").output.find("biased settings: none\n"), std::string::npos);
+    EXPECT_EQ(w.velatura(render + "--layers none").output.find("sum to the beauty"),
+              std::string::npos);
+    EXPECT_EQ(w.velatura(render + "--max-depth 2 --clamp-direct 10").exit_code, 0);
+    const std::string info = w.comp("info s.exr").output;
+    for (const char* line :
+         {"\nbiased setting: max-depth 2: light of longer paths is missing; ",
+          "\nbiased setting: clamp direct 10", " AOVs sum to the beauty bit for bit; "})
+        EXPECT_NE(info.find(line), std::string::npos) << line << info;
 }
 
 TEST(Accuracy, StatisticsHaveTheCurveAndTheForecast) {

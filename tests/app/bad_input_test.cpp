@@ -83,7 +83,8 @@ TEST(BadInput, TexturesThatCannotBeReadAreCountedOrTheEnd) {
                                    "--splitting off --roulette throughput";
         const CommandResult counted = w.velatura(render + " --stats s.json -o x.exr");
         EXPECT_EQ(counted.exit_code, is_fine ? 0 : 1) << counted.output;
-        EXPECT_EQ(counted.output.find("1 texture could not be read") == std::string::npos, is_fine)
+        EXPECT_EQ(counted.output.find("1 texture missing or unreadable") == std::string::npos,
+                  is_fine)
             << counted.output;
         const std::string statistics = w.velatura("--version > /dev/null; cat s.json").output;
         EXPECT_NE(statistics.find(is_fine ? "\"unread_textures\": 0" : "\"unread_textures\": 1"),
@@ -91,14 +92,14 @@ TEST(BadInput, TexturesThatCannotBeReadAreCountedOrTheEnd) {
             << scene;
         EXPECT_EQ(statistics.find("texture-fallback") == std::string::npos, is_fine) << scene;
         // As an error: before the render, or after it where that is when it is found
-        const CommandResult ended = w.velatura(render + " --texture-failure error -o y.exr");
+        const CommandResult ended = w.velatura(render + " --missing-textures error -o y.exr");
         EXPECT_EQ(ended.exit_code, is_fine ? 0 : 1) << ended.output;
         EXPECT_EQ(ended.output.find("[texture-failure]") == std::string::npos, is_fine)
             << ended.output;
         EXPECT_EQ(w.exists("y.exr"), is_fine || scene == "late") << scene;
         w.velatura("--version > /dev/null; rm -f x.exr y.exr s.json");
     }
-    expect_failure(w.velatura("study never.usda --texture-failure error --time 5s -o study"), 1,
+    expect_failure(w.velatura("study never.usda --missing-textures error --time 5s -o study"), 1,
                    "texture-failure");
 }
 

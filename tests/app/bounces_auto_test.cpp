@@ -116,8 +116,8 @@ TEST_F(BouncesAuto, PartsAgreeWithTheWhole) {
     const CommandResult merged = w.comp("merge a.exr b.exr -o merged.exr");
     ASSERT_EQ(merged.exit_code, 0) << merged.output;
     EXPECT_EQ(w.hash("merged.exr"), w.hash("whole.exr"));
-    ASSERT_EQ(render("--spp 4 --keep-sums --bounces auto=5% -o on.exr").exit_code, 0);
-    const CommandResult on = render("--spp 8 --keep-sums --resume --bounces auto=5% -o on.exr");
+    ASSERT_EQ(render("--spp 4 --resumable --bounces auto=5% -o on.exr").exit_code, 0);
+    const CommandResult on = render("--spp 8 --resumable --resume --bounces auto=5% -o on.exr");
     ASSERT_EQ(on.exit_code, 0) << on.output;
     EXPECT_EQ(mean_of("on.exr", "b3"), mean_of("whole.exr", "b3"));
     ASSERT_EQ(render("--spp 8 --bounces auto=5% --crop 0 0.5 0 1 -o crop.exr").exit_code, 0);

@@ -140,7 +140,7 @@ TEST_F(CryptomatteCommand, IsOneHoweverItWasMade) {
     EXPECT_EQ(w.comp("verify merged.exr").exit_code, 0);
     // And a render that goes on from its file
     const std::string all = "--filter mitchell --cryptomatte object,material --spp ";
-    render(all + "20 --keep-sums", "resumed.exr");
+    render(all + "20 --resumable", "resumed.exr");
     render(all + "40 --resume", "resumed.exr");
     EXPECT_EQ(w.hash("resumed.exr"), expected);
     EXPECT_EQ(read(w, "resumed.exr").text("cryptomatte/3ae39a5/manifest"),

@@ -113,13 +113,13 @@ TEST(ExitCodes, OfBudgetsAndTargets) {
         {"", "30s", "5%", false, time, 0.1, false, Done, "before --target-error 5%"},
         {"", "30s", "5%", true, time, 0.1, false, TargetMissed, "before --target-error 5%"},
         {"", "30s", "5%", true, time, 0.04, false, Done, ""},
-        {"64", "", "5%", false, complete, 0.1, false, Done, "stopped at --spp before"},
-        {"64", "", "5%", true, complete, 0.1, false, TargetMissed, "stopped at --spp before"},
+        {"64", "", "5%", false, complete, 0.1, false, Done, "stopped at --spp 64 before"},
+        {"64", "", "5%", true, complete, 0.1, false, TargetMissed, "stopped at --spp 64 before"},
         {"64", "", "5%", true, complete, 0.05, false, Done, ""},
         // A lower bound reaches no target that is required
         {"", "", "5%", false, target, 0.05, true, Done, ""},
-        {"64", "", "5%", true, complete, 0.04, true, TargetMissed, "stopped at --spp before"},
-        {"64", "", "5%", false, complete, 0.04, true, Done, "stopped at --spp before"},
+        {"64", "", "5%", true, complete, 0.04, true, TargetMissed, "stopped at --spp 64 before"},
+        {"64", "", "5%", false, complete, 0.04, true, Done, "stopped at --spp 64 before"},
     };
     for (size_t i = 0; i < std::size(cases); ++i) {
         SCOPED_TRACE(i);

@@ -156,8 +156,9 @@ TEST(HugeScene, EveryLimitIsTheUsersToSet) {
          "limit of 40 prims reached; the rest is skipped; raise --limit prims"},
         {"info sites.usda", "prims-per-spec", "2000", "1e6", "raise --limit prims-per-spec"},
         {"info layers.usda", "layers", "1", "2", "limit reached (--limit layers)"},
-        {render, "picture-side", "7", "8",
-         "expected at most 7 along a side (--limit picture-side)"},
+        {render, "image-side", "7", "8", "expected at most 7 along a side (--limit image-side)"},
+        // A former name
+        {render, "picture-side", "7", "8", "--limit image-side"},
         {render + " --sandbox", "decode-memory", "1K", "1G", "texture-unreadable"},
         // Of 400 x 4 pixels of 3 bytes: what may take more has a decoder process
         {wide, "decode-memory", "4K", "5K", "texture-unreadable"},
@@ -172,7 +173,7 @@ TEST(HugeScene, EveryLimitIsTheUsersToSet) {
             << c.limit << ": " << say(c.enough);
     }
     for (const std::string bad : {"nonsense=1", "prims", "prims=", "prims=-1", "prims=1.5",
-                                  "prims=nan", "decode-time=x", "picture-side=1e9"})
+                                  "prims=nan", "decode-time=x", "image-side=1e9"})
         EXPECT_EQ(w.velatura("info prims.usda --limit " + bad).exit_code, 2) << bad;
 }
 

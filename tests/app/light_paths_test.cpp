@@ -561,7 +561,7 @@ TEST_F(LightPathLayers, NamesNeverClash) {
     for (const std::string& name : names) options += fmt::format("--lpe \"{}=C.L\" ", name);
     for (const char* how : {"--halves --layers bounce,shadow,caster,data --exr-layout multipart",
                             "--clamp-direct 0.1 --halves --layers light,lobe",
-                            "--keep-sums --cryptomatte object --layers none"}) {
+                            "--resumable --cryptomatte object --layers none"}) {
         const image::Image image =
             render(small_scene(), fmt::format("--spp 4 {} {}", how, options));
         const Result<layers::LayerHeader> header = layers::read_layer_header(image);

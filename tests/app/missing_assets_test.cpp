@@ -124,6 +124,48 @@ INSTANTIATE_TEST_SUITE_P(OfAKind, MissingAsset, testing::ValuesIn(kinds()), [](c
     return kind.param.name;
 });
 
+/// `info` looks for the files without rendering, and states each at its attribute.
+TEST(MissingAssets, InfoNamesThem) {
+    const Workplace w;
+    w.write("there.png", "x");
+    w.write("s.usda", "#usda 1.0\n" + textured_ball("none.png") +
+                          "def DomeLight \"D\" { asset inputs:texture:file = @none.hdr@\n}\n"
+                          "def DomeLight \"E\" { asset inputs:texture:file = @there.png@\n}\n"
+                          "def SphereLight \"L\" (prepend apiSchemas = [\"ShapingAPI\"]) { asset "
+                          "inputs:shaping:ies:file = @none.ies@\n}\n"
+                          "def OpenVDBAsset \"V\" { asset filePath = @none.vdb@\n}\n");
+    const CommandResult r = w.velatura("info s.usda");
+    EXPECT_EQ(r.exit_code, 1) << r.output;
+    for (const char* text :
+         {"error: cannot read texture 'none.png': file \"", "[texture-unreadable]",
+          "error: cannot read light texture 'none.hdr': ", "at </D>",
+          "error: cannot read IES profile 'none.ies': ",
+          "error: cannot read volume file 'none.vdb': ",
+          "5 files of textures, lights and volumes, 4 missing",
+          "missing assets: 1 IES profile, 1 light texture, 1 texture, 1 volume file;"})
+        EXPECT_NE(r.output.find(text), std::string::npos) << text << "\n" << r.output;
+    EXPECT_EQ(r.output.find("there.png"), std::string::npos) << r.output;
+    EXPECT_EQ(w.velatura("info s.usda --missing-assets ignore").exit_code, 0);
+    w.write("tiles.1012.png", "x");
+    w.write("t.usda", "#usda 1.0\n" + textured_ball("tiles.<UDIM>.png"));
+    EXPECT_EQ(w.velatura("info t.usda").exit_code, 0);
+}
+
+/// A frame that --strict refuses is not said to be written.
+TEST(MissingAssets, NoResultIsStatedWhereNothingIsRendered) {
+    const Workplace w;
+    w.write("s.usda", "#usda 1.0\n" + textured_ball("none.png"));
+    for (const char* option : {" --strict", " --missing-textures error"}) {
+        const CommandResult r = w.velatura(std::string("render s.usda -o x.exr") + option + quick);
+        EXPECT_EQ(r.exit_code, 1) << r.output;
+        EXPECT_NE(r.output.find("error: missing assets: 1 texture [missing-assets]"),
+                  std::string::npos)
+            << r.output;
+        EXPECT_EQ(r.output.find("the result lacks them"), std::string::npos) << r.output;
+        EXPECT_FALSE(w.exists("x.exr"));
+    }
+}
+
 TEST(MissingAssets, SeveralAreCountedByKind) {
     const Workplace w;
     w.write("s.usda",

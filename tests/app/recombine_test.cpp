@@ -248,9 +248,10 @@ TEST_F(Recombine, ReachedTargetEndsWithCode0) {
         const CommandResult missed = w.velatura("render s.usda --res " + size +
                                                 " --spp 2 --target-error 0.01% -o s.exr" + strict);
         EXPECT_EQ(missed.exit_code, strict.empty() ? 0 : 3);
-        EXPECT_NE(missed.output.find("stopped at --spp before --target-error 0.01% after 2 samples "
-                                     "per pixel: the error is "),
-                  std::string::npos)
+        EXPECT_NE(
+            missed.output.find("stopped at --spp 2 before --target-error 0.01% after 2 samples "
+                               "per pixel: the error is "),
+            std::string::npos)
             << missed.output;
     }
 }

@@ -63,7 +63,7 @@ class Resume : public ::testing::Test {
 TEST_F(Resume, GivesTheFileOfOneRender) {
     // Adaptive past 16 samples: splits before, at and after the pilot's end
     for (const std::string adaptive : {"on", "off"}) {
-        const std::string common = fmt::format("--adaptive {} --keep-sums ", adaptive);
+        const std::string common = fmt::format("--adaptive {} --resumable ", adaptive);
         render(common + "--spp 40 -o whole.exr");
         for (const int split : {1, 7, 16, 21, 32}) {
             render(common + fmt::format("--spp {} --threads 1 --mode tile -o part.exr", split));
@@ -84,7 +84,7 @@ TEST_F(Resume, GivesTheFileOfOneRenderInEveryLayoutAndWithHalves) {
     for (const char* layout : {"single", "split"}) {
         const std::string common = fmt::format(
             "--halves --guiding on --caustics auto --cryptomatte object,material --exr-layout {} "
-            "--keep-sums ",
+            "--resumable ",
             layout);
         render(common + "--spp 24 -o whole.exr");
         const std::string expected = w.hash("whole.exr");
@@ -96,7 +96,7 @@ TEST_F(Resume, GivesTheFileOfOneRenderInEveryLayoutAndWithHalves) {
 
 TEST_F(Resume, WithoutAFileItBegins) {
     render("--spp 20 --resume -o new.exr");
-    render("--spp 20 --keep-sums -o whole.exr");
+    render("--spp 20 --resumable -o whole.exr");
     expect_same_file("new.exr", "whole.exr", "nothing there");
     // The image is that of a plain render; what is there already stays
     render("--spp 20 -o plain.exr");
@@ -111,7 +111,7 @@ TEST_F(Resume, PartsAndMergedFilesGoOn) {
     render("--samples 8:40 --resume -o part.exr");
     expect_same_file("part.exr", "whole.exr", "a part");
     render("--samples 0:8 -o first.exr");
-    ASSERT_EQ(w.comp("merge first.exr part.exr --keep-sums -o merged.exr").exit_code, 0);
+    ASSERT_EQ(w.comp("merge first.exr part.exr --resumable -o merged.exr").exit_code, 0);
     render("--spp 64 --resume -o merged.exr");
     render("--spp 64 -o all.exr");
     EXPECT_EQ(w.hash("merged.exr"), w.hash("all.exr"));
@@ -123,7 +123,7 @@ TEST_F(Resume, GoesOnFromWhereverItWasStopped) {
     size = "16 12";
     for (const char* mode : {"tile --tile 16", "progressive --guiding on"}) {
         const std::string common =
-            fmt::format("--spp 1500 --mode {} --adaptive on --keep-sums ", mode);
+            fmt::format("--spp 1500 --mode {} --adaptive on --resumable ", mode);
         const auto start = std::chrono::steady_clock::now();
         render(common + "--threads 1 -o whole.exr");
         const double whole_s =
@@ -156,7 +156,7 @@ TEST_F(Resume, GoesOnFromWhereverItWasStopped) {
 /// bits of one render.
 TEST_F(Resume, GoesOnFromASnapshot) {
     size = "16 12";
-    render("--spp 600 --keep-sums -o whole.exr");
+    render("--spp 600 --resumable -o whole.exr");
     for (const char* often : {"--snapshot 0.01s", "--snapshot 100s --checkpoint 0.01s"}) {
         std::filesystem::remove(w.path("part.exr"));
         // Whenever the signal comes: the file that is there is whole
@@ -189,7 +189,7 @@ TEST_F(Resume, ASnapshotThatIsFinishedKeepsNoSums) {
         {"--snapshot 0.001s", false},
         {"--snapshot 100s", false},
         {"--snapshot 100s --time 60s", false},  // a budget that was not needed
-        {"--snapshot 0.001s --keep-sums", true},
+        {"--snapshot 0.001s --resumable", true},
         {"--snapshot 0.001s --checkpoint 100s", true},
     };
 
@@ -266,7 +266,7 @@ TEST_F(Resume, OptionsThatContradictAreUsageErrors) {
 }
 
 TEST_F(Resume, RefusesWhatIsNotTheSameRender) {
-    render("--spp 4 --keep-sums -o whole.exr");
+    render("--spp 4 --resumable -o whole.exr");
     const std::string before = bytes("whole.exr");
 
     const struct {
@@ -319,7 +319,7 @@ TEST_F(Resume, RefusesAnotherTextureInAPackage) {
     };
     w.write("s.usda", small_scene() + textured_ball("t.usdz[t.png]"));
     pack("what is no picture gives its fallback");
-    render("--missing-assets ignore --spp 2 --keep-sums -o whole.exr");
+    render("--missing-assets ignore --spp 2 --resumable -o whole.exr");
     pack("what is no picture gives the same one");
     const CommandResult r = try_render("--missing-assets ignore --spp 4 --resume -o whole.exr");
     EXPECT_EQ(r.exit_code, 5) << r.output;
@@ -328,7 +328,7 @@ TEST_F(Resume, RefusesAnotherTextureInAPackage) {
 TEST_F(Resume, RefusesOtherTilesOfATexture) {
     w.write("s.usda", small_scene() + textured_ball("t.<UDIM>.png"));
     w.write("t.1001.png", "what is no picture gives its fallback");
-    render("--missing-assets ignore --spp 2 --keep-sums -o whole.exr");
+    render("--missing-assets ignore --spp 2 --resumable -o whole.exr");
     const auto expect_code = [&](int code) {
         const CommandResult r = try_render("--missing-assets ignore --spp 4 --resume -o whole.exr");
         EXPECT_EQ(r.exit_code, code) << r.output;
@@ -351,12 +351,12 @@ TEST_F(Resume, RefusesFilesThatItCannotGoOnFrom) {
         EXPECT_TRUE(bytes(name) == before);
     };
     render("--spp 4 -o plain.exr");
-    expect_refusal("plain.exr", "it is not resumable; render with --keep-sums");
+    expect_refusal("plain.exr", "it is not resumable; render with --resumable");
     ASSERT_EQ(w.comp("mix plain.exr -o mix.exr --gain all=2").exit_code, 0);
     expect_refusal("mix.exr", "cannot resume");
     w.write("text.exr", "no picture");
     expect_refusal("text.exr", "cannot resume text.exr");
-    render("--spp 4 --keep-sums -o part.exr");
+    render("--spp 4 --resumable -o part.exr");
     const std::string whole = bytes("part.exr");
     std::ofstream(w.path("cut.exr"), std::ios::binary) << whole.substr(0, whole.size() / 2);
     expect_refusal("cut.exr", "cannot resume cut.exr");

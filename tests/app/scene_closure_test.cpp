@@ -131,7 +131,7 @@ TEST(LoneRoot, ClosesBitForBitWithAShadowForEachObject) {
     expect_closure(w, "hero.usda", "--res 24 16 --spp 3 --bounces 2 --halves --casters //Corner");
     EXPECT_EQ(casters("s.exr").find("Ball"), std::string::npos) << casters("s.exr");
     // Of other casters no render goes on
-    EXPECT_EQ(w.velatura("render hero.usda -q --progress none --res 12 9 --spp 1 --keep-sums "
+    EXPECT_EQ(w.velatura("render hero.usda -q --progress none --res 12 9 --spp 1 --resumable "
                          "--layers caster --casters //Ball -o k.exr")
                   .exit_code,
               0);

@@ -363,7 +363,7 @@ TEST_F(SceneOverrides, ArePartOfTheSceneOfAFile) {
     EXPECT_EQ(w.velatura(render + "t.usda -o t.exr").exit_code, 0);
     EXPECT_EQ(w.velatura(render + "s.usda -o plain.exr").exit_code, 0);
     const std::string set = " --set /W/key.inputs:intensity=3 ";
-    EXPECT_EQ(w.velatura(render + "s.usda --keep-sums -o s.exr" + set).exit_code, 0);
+    EXPECT_EQ(w.velatura(render + "s.usda --resumable -o s.exr" + set).exit_code, 0);
     EXPECT_EQ(w.hash("s.exr"), w.hash("t.exr"));
     EXPECT_NE(w.hash("s.exr"), w.hash("plain.exr"));
     const std::string resume =

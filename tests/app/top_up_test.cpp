@@ -19,7 +19,7 @@ class TopUpCommands : public testing::Test {
   protected:
     void SetUp() override {
         w.write("s.usda", small_scene());
-        render("--spp 20 --keep-sums -o base.exr");
+        render("--spp 20 --resumable -o base.exr");
     }
 
     CommandResult try_render(const std::string& arguments) {
@@ -97,7 +97,7 @@ TEST_F(TopUpCommands, OneFileHoweverTheRequestIsServed) {
 
 TEST_F(TopUpCommands, TheForecastHolds) {
     // Errors of independent points fall as the root of their number; those of Sobol' points sooner
-    render("--spp 40 --sampler independent --keep-sums -o base.exr");
+    render("--spp 40 --sampler independent --resumable -o base.exr");
     plan("--gain indirect=+3st --target 6% -o look.json");
     render("--sampler independent --resume --for-mix look.json -o base.exr");
     const CommandResult noise = w.comp("noise base.exr --gain indirect=+3st --json");
@@ -113,10 +113,10 @@ TEST_F(TopUpCommands, RequestsOfOtherRendersAreRefused) {
         EXPECT_EQ(r.exit_code, code) << arguments << ": " << r.output;
         EXPECT_NE(r.output.find(why), std::string::npos) << arguments << ": " << r.output;
     };
-    render("--spp 4 --seed 3 --keep-sums -o seed.exr");
+    render("--spp 4 --seed 3 --resumable -o seed.exr");
     expect(5, "--seed 3 --resume --for-mix look.json -o seed.exr",
            "look.json was written for other render settings");
-    render("--spp 4 --crop 0 0.5 0 1 --keep-sums -o crop.exr");
+    render("--spp 4 --crop 0 0.5 0 1 --resumable -o crop.exr");
     expect(5, "--crop 0 0.5 0 1 --resume --for-mix look.json -o crop.exr",
            "look.json was written for the pixels");
     expect(5, "--resume --for-mix look.json -o nowhere.exr",
@@ -136,9 +136,9 @@ TEST_F(TopUpCommands, PlansThatCannotBe) {
         EXPECT_NE(r.output.find(why), std::string::npos) << arguments << ": " << r.output;
     };
     render("--spp 4 -o plain.exr");
-    expect(1, "plain.exr -o look.json", "render with --keep-sums");
+    expect(1, "plain.exr -o look.json", "render with --resumable");
     ASSERT_EQ(
-        w.velatura("render s.usda --res 20 17 --spp 4 --keep-sums -q -o halfless.exr").exit_code,
+        w.velatura("render s.usda --res 20 17 --spp 4 --resumable -q -o halfless.exr").exit_code,
         0);
     expect(1, "halfless.exr -o look.json", "render with --halves");
     expect(2, "base.exr -o look.txt", "is not .json");

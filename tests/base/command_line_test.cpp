@@ -321,6 +321,28 @@ TEST(CommandLine, HiddenOptionsKeepTheirNames) {
     EXPECT_EQ(said({"--tiles", "4"}), "unknown option --tiles") << "suggests no hidden option";
 }
 
+/// Former names work as the present ones, with a note, and are in no help.
+TEST(CommandLine, FormerNamesWorkWithANote) {
+    bool is_kept = false;
+    std::string policy = "error";
+    CommandLine line("", "test");
+    line.add_flag("-k,--resumable,--keep-sums", is_kept, "Keep").former_name("--keep-sums");
+    line.add_option("--missing,--failure", policy, "Policy").former_name("--failure");
+    EXPECT_EQ(rejection(line, {"--keep-sums", "--failure=color"}), "");
+    EXPECT_TRUE(is_kept);
+    EXPECT_EQ(policy, "color");
+    EXPECT_NE(line.notes().find("note: --keep-sums is now --resumable [renamed]\n"),
+              std::string::npos)
+        << line.notes();
+    EXPECT_NE(line.notes().find("note: --failure is now --missing [renamed]\n"), std::string::npos);
+    EXPECT_EQ(rejection(line, {"-k", "--resumable"}), "");
+    EXPECT_EQ(line.notes(), "");
+    const std::string help = line.parse({"--help"})->text;
+    EXPECT_NE(help.find("  -k, --resumable "), std::string::npos) << help;
+    EXPECT_EQ(help.find("keep-sums"), std::string::npos) << help;
+    EXPECT_EQ(help.find("failure"), std::string::npos) << help;
+}
+
 TEST(CommandLine, ACommandCanBeLeftOut) {
     std::string scene, output, ran;
     const auto said = [&](const Words& typed) {

@@ -382,7 +382,7 @@ def run_memory(arguments, folder, tally):
     own = {name: ROOT / "scenes" / f"{name}.usda" for name in MEMORY_SCENES}
     scenes = [*own.values(), *(ASSETS / name for name in MEMORY_ASSETS)]
     cases = [(scene, [], MEMORY_LIMITS) for scene in scenes]
-    cases += [(own["cornell/cornell"], ["--keep-sums"], MEMORY_LIMITS), (own["transport/lens"], ["--float-layers", "--mode", "tile"], MEMORY_LIMITS)]
+    cases += [(own["cornell/cornell"], ["--resumable"], MEMORY_LIMITS), (own["transport/lens"], ["--float-layers", "--mode", "tile"], MEMORY_LIMITS)]
     # What the threads of libraries do where memory ends is a matter of luck
     rng = random.Random(20261125)
     cases += [(own[f"transport/{name}"], [], [rng.uniform(0.5, 1.0) for _ in range(arguments.trials // 4)]) for name in ("doorway", "gloss")]

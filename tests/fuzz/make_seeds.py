@@ -137,7 +137,7 @@ def main(program):
     binary, picture = here / "scratch.usdc", here / "scratch.exr"
     run = lambda *arguments: subprocess.run([program, *map(str, arguments)], check=True)
     run("flatten", scratch, "-o", binary)
-    run("render", scratch, "-o", picture, "--res", 2, 2, "--spp", 1, "--keep-sums", "-q")
+    run("render", scratch, "-o", picture, "--res", 2, 2, "--spp", 1, "--resumable", "-q")
     write("usdc", "ball.usdc", binary.read_bytes())
     write("usdz", "ball.usdz", stored_zip([(b"ball.usda", scene.encode()), (b"t.png", b"no picture")]))
     write("exr", "layers.exr", picture.read_bytes())

@@ -244,7 +244,7 @@ TEST_F(ImagePlugin, ACrashOfADecoderCostsItsTextureOnly) {
     const CommandResult r =
         w.velatura(std::string("render balls.usda --sandbox --stats s.json -o x.exr") + quick);
     const CommandResult strict = w.velatura(
-        std::string("render balls.usda --sandbox --texture-failure error -o y.exr") + quick);
+        std::string("render balls.usda --sandbox --missing-textures error -o y.exr") + quick);
     ::unsetenv("VELATURA_PLUGIN_PATH");
     EXPECT_EQ(r.exit_code, 1) << r.output;
     for (const auto& [what, signal] : {std::pair("segv", SIGSEGV), std::pair("abort", SIGABRT)}) {

@@ -105,6 +105,17 @@ Shown of_exponential_samples(double truth, double deviation, std::mt19937_64& en
     return of_halves(truth, a, gamma(engine));
 }
 
+/// Of a lower bound the worst pixel is known, by its place in the image.
+TEST(ImageError, NamesTheWorstPixel) {
+    Noise noise(0.03);
+    const Image p = image(
+        [&](int x, int y) { return x == 37 && y == 70 ? of_halves(1, 400, 1) : noise.of(1); });
+    const statistics::RelativeError stated = p.stated();
+    ASSERT_TRUE(stated.is_lower);
+    EXPECT_EQ(stated.worst_x, 37);
+    EXPECT_EQ(stated.worst_y, 70);
+}
+
 /// Samples that are never far above their mean make no lower bound: of 100 images each with normal
 /// and with exponential tails, over a ramp and an edge of 1 to 10, 5 % ± 2.2 of chance would be
 /// let pass as 95 % of confidence; found is none.
