@@ -14,13 +14,14 @@ bool RepeatedWarnings::can_print(const std::string& message) {
            printed_limit;
 }
 
-std::string RepeatedWarnings::summary() const {
+std::string RepeatedWarnings::take_summary() {
     const std::lock_guard lock(mutex_);
     std::string text;
     for (const auto& [what, count] : counts_)
         if (count > printed_limit)
             text += fmt::format("warning: {} more like these, not printed: {}\n",
                                 count - printed_limit, what);
+    counts_.clear();
     return text;
 }
 
@@ -38,15 +39,21 @@ int report(const Error& error) {
     return is("merge-refused") ? refused : failed;
 }
 
+namespace {
+
+RepeatedWarnings& warnings_of_command() {
+    static RepeatedWarnings warnings;
+    return warnings;
+}
+
+}  // namespace
+
 void warn(const std::string& message) {
-    struct AtTheEnd {
-        RepeatedWarnings warnings;
+    if (warnings_of_command().can_print(message)) fmt::print(stderr, "warning: {}\n", message);
+}
 
-        ~AtTheEnd() { fmt::print(stderr, "{}", warnings.summary()); }
-    };
-
-    static AtTheEnd at_the_end;
-    if (at_the_end.warnings.can_print(message)) fmt::print(stderr, "warning: {}\n", message);
+void end_warnings() {
+    fmt::print(stderr, "{}", warnings_of_command().take_summary());
 }
 
 }  // namespace velatura::compositor::cli

@@ -23,15 +23,18 @@ class RepeatedWarnings {
 
     /// Counts the warning. Returns: whether it is one of the first.
     bool can_print(const std::string& message);
-    /// Whole lines: how many of each were not printed.
-    std::string summary() const;
+    /// Whole lines: how many of each were not printed. Forgets all of them.
+    std::string take_summary();
 
   private:
-    mutable std::mutex mutex_;
+    std::mutex mutex_;
     std::map<std::string, size_t> counts_;
 };
 
-/// Prints a warning, if it is one of the first of its kind; the program ends with the summary.
+/// Prints a warning, if it is one of the first of its kind.
 void warn(const std::string& message);
+
+/// At the end of a command: prints how many warnings of each kind were not printed.
+void end_warnings();
 
 }  // namespace velatura::compositor::cli

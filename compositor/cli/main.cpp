@@ -47,7 +47,9 @@ int run_command(int argc, char** argv) {
     add_help_command(app, run, {}, end_with).example("velatura-comp help mix");
     if (const std::optional<CommandExit> ended = app.parse(argc, argv)) return end_with(*ended);
     std::fputs(app.notes().c_str(), stderr);
-    return run ? run() : int(usage);
+    const int code = run ? run() : int(usage);
+    end_warnings();
+    return code;
 }
 
 }  // namespace

@@ -47,7 +47,7 @@ class Workshop:
 
     def expect_rescued(self, text, what):
         """What cannot be put in its place is whole in another one, where a message says so. Returns whether it does."""
-        found = re.search(r"it is in (\S+) instead", text)
+        found = re.search(r"is in (\S+) instead", text)
         if not found:
             return False
         path = pathlib.Path(found.group(1))

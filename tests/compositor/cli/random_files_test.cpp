@@ -4,6 +4,7 @@
 #include "base/atomic_file.h"
 #include "base/command_line.h"
 #include "base/input_guard.h"
+#include "compositor/cli/command_outcome.h"
 #include "compositor/cli/commands.h"
 #include "compositor/io/layer_stack.h"
 #include "compositor/random_exr.h"
@@ -51,6 +52,7 @@ Ended comp(const std::vector<std::string>& arguments) {
         if (exit) std::fputs(exit->text.c_str(), stderr);
     }
     stop_guarding_inputs();
+    end_warnings();
     ended.out = testing::internal::GetCapturedStdout();
     ended.err = testing::internal::GetCapturedStderr();
     return ended;

@@ -109,7 +109,7 @@ TEST(Warnings, OfManyFramesAreCounted) {
         printed += warnings.can_print(std::to_string(frame) + ".exr: 3 values are not finite");
     EXPECT_TRUE(warnings.can_print("no half images"));
     EXPECT_EQ(printed, RepeatedWarnings::printed_limit);
-    EXPECT_EQ(warnings.summary(),
+    EXPECT_EQ(warnings.take_summary(),
               "warning: 5 more like these, not printed: 3 values are not finite\n");
 }
 

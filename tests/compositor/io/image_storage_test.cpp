@@ -241,7 +241,7 @@ TEST(ImageStorage, WhatAFormatDoesNotHaveIsRefused) {
           Row{"x.exr", "--depth 16", 2, "--depth 16 is not for .exr: it has half, float"},
           Row{"x.exr", "--alpha", 2, "--alpha is not for .exr"},
           Row{"x.exr", "--dither", 2, "--dither is not for .exr"},
-          Row{"x.exr", "--depth half --with-layers", 2, "leave --depth half out"},
+          Row{"x.exr", "--depth half --with-layers", 2, "remove --depth half"},
           Row{"x.exr", "--compression dwaa", 2, "dwaa"},
           Row{"x.png", "--depth half", 2, "it has 8, 16 bits"},
           Row{"x.png", "--depth 10", 2, "it has 8, 16 bits"},
