@@ -189,6 +189,11 @@ bool FrameWriter::write_stats(const MemoryNeeds& needs,
         stats["roulette"] = make_roulette_stats(*prepass.roulette);
         stats["phases_s"]["roulette"] = prepass.roulette->seconds;
     }
+    if (prepass.light) {
+        stats["light_tracing"] =
+            make_light_tracing_stats(*prepass.light, renderer_.light_tracer() != nullptr);
+        stats["phases_s"]["light_tracing"] = prepass.light->seconds;
+    }
     if (prepass.bounces) {
         stats["bounces"] = make_bounce_stats(*prepass.bounces, renderer_.layers().last_bounce);
         stats["phases_s"]["bounces"] = prepass.bounces->seconds;

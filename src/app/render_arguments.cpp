@@ -126,9 +126,10 @@ void declare_quality_options(Command quality, RenderArguments& a) {
         .common();
     quality
         .add_option("--caustics", a.caustics,
-                    "Caustics: path (path tracing only), manifold (manifold sampling), auto "
-                    "(manifold sampling for small lights)")
-        .one_of({"path", "manifold", "auto"});
+                    "Caustics: path (path tracing only), light (light tracing as well), auto "
+                    "(light tracing where trial paths predict a gain), manifold (manifold "
+                    "sampling), small-lights (manifold sampling for small lights)")
+        .one_of({"path", "light", "auto", "manifold", "small-lights"});
     constexpr double min_clamp = 1e-30, max_clamp = 1e30;
     quality
         .add_option("--clamp-direct", a.clamp_direct,

@@ -67,7 +67,7 @@ struct RenderArguments {
     std::string adaptive = "on";
     std::string splitting = "auto";
     std::string guiding = "auto";
-    std::string caustics = "path";
+    std::string caustics = "auto";
     std::string sampler = "sobol";
     std::string effects;       ///< all, -name, or several
     double dicing_rate = 1.0;  ///< pixels

@@ -137,9 +137,12 @@ Result<void> choose_estimator(const RenderArguments& a, RenderJob& job) {
     job.settings.force_all = effects->force_all;
     const std::optional<integrator::Caustics> caustics = integrator::caustics_mode(a.caustics);
     if (!caustics)
-        return usage(
-            fmt::format("--caustics: expected path, manifold or auto, found \"{}\"", a.caustics));
-    if (*caustics != integrator::Caustics::Path && estimator.specular_chains_only)
+        return usage(fmt::format(
+            "--caustics: expected path, light, auto, manifold or small-lights, found \"{}\"",
+            a.caustics));
+    const bool is_asked_for =
+        *caustics != integrator::Caustics::Path && *caustics != integrator::Caustics::Auto;
+    if (is_asked_for && estimator.specular_chains_only)
         return usage(fmt::format(
             "--caustics {} has no effect with --integrator whitted, which omits caustics",
             a.caustics));

@@ -26,6 +26,26 @@ void note_guiding(const integrator::GuideTraining& training, Diagnostics& diagno
                                  training.is_used ? "" : "not ", why));
 }
 
+/// Says that light tracing is used, or why it is not though it was asked for.
+void note_light_tracing(const RenderJob& job,
+                        const render::Renderer& renderer,
+                        Diagnostics& diagnostics) {
+    if (renderer.light_tracer()) {
+        diagnostics.note("caustics", {}, {},
+                         text_of(*renderer.prepass().light) + "; override with --caustics path");
+        return;
+    }
+    if (job.settings.caustics != integrator::Caustics::Light) return;
+    const std::string why =
+        integrator::CausticPaths::why_not(renderer.world(), job.settings.tracer);
+    diagnostics.warn(
+        "caustics", {}, {},
+        "--caustics light: light tracing is not used, because " +
+            (why.empty()
+                 ? std::string("no glass, mirror or glossy surface has a light other than a dome")
+                 : why));
+}
+
 /// Why an error that few pixels hold is a lower bound, and which of them to look at.
 std::string few_pixels_text(const statistics::RelativeError& e, const render::Renderer& renderer) {
     const std::string held = fmt::format(
@@ -78,6 +98,7 @@ void report_prepass(const RenderJob& job,
     if (prepass.bounces)
         diagnostics.note("bounces", {}, {},
                          text_of(*prepass.bounces, renderer.layers().last_bounce));
+    note_light_tracing(job, renderer, diagnostics);
     if (renderer.caustics() && renderer.caustics()->is_empty())
         diagnostics.note("caustics", {}, {},
                          "caustics: manifold sampling is not used, because the scene has no smooth "

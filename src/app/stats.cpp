@@ -93,6 +93,16 @@ json make_roulette_stats(const integrator::RouletteTrial& trial) {
     return {{"gains", trial.gains.gains}, {"trial_paths", trial.rays.paths}};
 }
 
+json make_light_tracing_stats(const integrator::LightTrial& trial, bool is_used) {
+    return {{"used", is_used},
+            {"photons_per_pixel", trial.emission.photons_per_pixel},
+            {"trial_variance",
+             {{"other", trial.other_error},
+              {"caustics_by_paths", trial.path_error},
+              {"caustics_by_light_tracing", trial.light_error}}},
+            {"trial_rays", trial.rays.total()}};
+}
+
 json make_bounce_stats(const integrator::BounceTrial& trial, int last_bounce) {
     return {{"last", last_bounce}, {"shares", trial.shares}, {"trial_paths", trial.rays.paths}};
 }
@@ -181,7 +191,8 @@ json make_ledger(const RenderJob& job,
                           {"kind", "consistent"},
                           {"effect", "vanishes with more samples; not measured"}});
     }
-    if (job.settings.caustics != integrator::Caustics::Path) {
+    if (job.settings.caustics == integrator::Caustics::Manifold ||
+        job.settings.caustics == integrator::Caustics::SmallLights) {
         ledger.push_back({{"approximation", "caustic-trial-cap"},
                           {"value", integrator::CausticSampler::trial_cap},
                           {"kind", "bias"},

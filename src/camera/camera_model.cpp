@@ -89,6 +89,12 @@ Mat4d CameraModel::render_from_camera(float time) const {
     return keys_[segment] * (1.0 - f) + keys_[segment + 1] * f;
 }
 
+Vec3d CameraModel::lens_point(const Vec2& u_lens) const {
+    Vec2d disk = sampling::concentric_disk(Vec2d(u_lens));
+    if (aperture_) disk = aperture_->from_disk(disk);
+    return {disk.x * lens_radius_, disk.y * lens_radius_, 0.0};
+}
+
 CameraRay CameraModel::generate_ray(const Vec2& film_point, const Vec2& u_lens, float time) const {
     const double wx = left_ + double(film_point.x) * dx_;
     const double wy = top_ - double(film_point.y) * dy_;
@@ -97,9 +103,7 @@ CameraRay CameraModel::generate_ray(const Vec2& film_point, const Vec2& u_lens, 
     Vec3d from = is_orthographic_ ? Vec3d(wx, wy, 0.0) : Vec3d(0.0);
     Vec3d step = is_orthographic_ ? Vec3d(0.0, 0.0, -1.0) : Vec3d(wx, wy, -1.0);
     if (lens_radius_ > 0.0) {
-        Vec2d disk = sampling::concentric_disk(Vec2d(u_lens));
-        if (aperture_) disk = aperture_->from_disk(disk);
-        const Vec3d lens(disk.x * lens_radius_, disk.y * lens_radius_, 0.0);
+        const Vec3d lens = lens_point(u_lens);
         // Every ray of a film point meets the others in the plane of focus; at infinite focus they
         // are parallel
         if (std::isfinite(focus_distance_)) step -= lens / focus_distance_;
@@ -119,6 +123,53 @@ CameraRay CameraModel::generate_ray(const Vec2& film_point, const Vec2& u_lens, 
     ray.cone_width = float(is_orthographic_ ? pixel_ : pixel_ * clip_near_);
     ray.cone_spread = is_orthographic_ ? 0.0f : float(pixel_ / length);
     return ray;
+}
+
+std::optional<CameraConnection> CameraModel::connect(const Vec3& p,
+                                                     const Vec2& u_lens,
+                                                     float time) const {
+    const Mat4d matrix = keys_.empty() ? render_from_camera_ : render_from_camera(time);
+    const Vec3d at = transform_point(Vec3d(p), matrix.inverse());
+    const double depth = -at.z;
+    if (!(depth > clip_near_ && depth > 0.0 && depth < clip_far_)) return std::nullopt;
+
+    // Camera space: the ray goes from `from` by `step` per unit of depth, see generate_ray()
+    const Vec3d lens = lens_radius_ > 0.0 ? lens_point(u_lens) : Vec3d(0.0);
+    const Vec3d tilt =
+        lens_radius_ > 0.0 && std::isfinite(focus_distance_) ? lens / focus_distance_ : Vec3d(0.0);
+    Vec3d from = lens, step(0.0, 0.0, -1.0);
+    double wx, wy;
+    if (is_orthographic_) {
+        wx = at.x - lens.x + tilt.x * depth;
+        wy = at.y - lens.y + tilt.y * depth;
+        from += Vec3d(wx, wy, 0.0);
+    } else {
+        wx = (at.x - lens.x) / depth + tilt.x;
+        wy = (at.y - lens.y) / depth + tilt.y;
+        step += Vec3d(wx, wy, 0.0);
+    }
+    step -= tilt;
+
+    CameraConnection out;
+    out.film_point = Vec2(float((wx - left_) / dx_), float((top_ - wy) / dy_));
+    out.o = to_float(transform_point(from + step * clip_near_, matrix));
+    const Vec3d direction = transform_direction(step, matrix);
+    const double length = std::sqrt(direction.dot(direction));
+    const Vec3d to_camera = Vec3d(out.o) - Vec3d(p);
+    out.distance = float(to_camera.length());
+    if (!(out.distance > 0.0f && length > 0.0)) return std::nullopt;
+    out.wi = to_float(direction * (-1.0 / length));
+    // A pixel moves the point by dx·dy, at depth 1 or everywhere, in a plane that the ray crosses
+    // at an angle
+    const double per_unit = length / (std::abs(determinant3(matrix)) * std::abs(dx_ * dy_));
+    out.film_per_area = float(is_orthographic_ ? per_unit : per_unit / (depth * depth));
+    out.cone_width = float(is_orthographic_ ? pixel_ : pixel_ * depth);
+    return out;
+}
+
+float CameraModel::footprint(const Vec3& p) const {
+    const Vec3 away = p - eye_;
+    return float(is_orthographic_ ? pixel_ : pixel_ / scale_ * double(away.length()));
 }
 
 }  // namespace velatura::camera

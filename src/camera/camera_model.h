@@ -25,6 +25,17 @@ struct CameraRay {
     float cone_spread = 0;
 };
 
+/// How the camera sees a point of the scene through one point of its lens.
+struct CameraConnection {
+    Vec2 film_point;     ///< pixels, as in generate_ray()
+    Vec3 o;              ///< render space: where the ray of that film point begins
+    Vec3 wi;             ///< unit, from the point of the scene toward o
+    float distance = 0;  ///< between the two
+    /// Area on the film [pixels²] over area at the point, perpendicular to wi [scene unit²].
+    float film_per_area = 0;
+    float cone_width = 0;  ///< of the ray at the point, see CameraRay
+};
+
 /// Rays of a camera over an image of width × height pixels. Immutable; all arithmetic inside is
 /// double, scale by a power of two gives bit-identical directions and exactly scaled origins.
 class CameraModel {
@@ -39,6 +50,15 @@ class CameraModel {
     ///       the image. u_lens in [0,1)², unused by a pinhole. time: 0 as the shutter opens, 1 as
     ///       it closes; of no consequence where the camera does not move.
     CameraRay generate_ray(const Vec2& film_point, const Vec2& u_lens, float time = 0.0f) const;
+
+    /// The inverse of generate_ray(): the film point whose ray meets p [render space].
+    /// Args:    u_lens, time: as there.
+    /// Returns: nullopt when p is behind the near plane or beyond the far one.
+    /// Ref:     Veach 1997, section 8.3.2 (importance emitted by a camera).
+    std::optional<CameraConnection> connect(const Vec3& p, const Vec2& u_lens, float time) const;
+
+    /// Width that the footprint of a pixel has about a distance from the camera [scene unit].
+    float footprint(const Vec3& p) const;
 
     /// When a ray is: as often as the shutter lets light through then. u in [0, 1).
     float shutter_time(float u) const { return shutter_.time(u); }
@@ -66,6 +86,7 @@ class CameraModel {
 
   private:
     Mat4d render_from_camera(float time) const;
+    Vec3d lens_point(const Vec2& u_lens) const;
 
     bool is_orthographic_;
     Mat4d render_from_camera_;

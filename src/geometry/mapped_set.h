@@ -52,6 +52,8 @@ class MappedSet final : public PrimitiveSet {
 
     size_t bytes() const override { return sizeof(*this) + inner_->bytes(); }
 
+    bool is_convex() const override { return inner_->is_convex(); }
+
     double area(uint32_t index) const override;
 
     Vec3d point(uint32_t index, const Vec2d& u) const override;

@@ -105,6 +105,9 @@ class PrimitiveSet {
     /// Memory that it holds.
     virtual size_t bytes() const = 0;
 
+    /// Whether every one of them is convex: no line meets it more than twice.
+    virtual bool is_convex() const { return false; }
+
     /// Area of one side, about.
     virtual double area(uint32_t index) const = 0;
 

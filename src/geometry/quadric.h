@@ -54,6 +54,8 @@ class Quadric final : public PrimitiveSet {
 
     size_t bytes() const override { return sizeof(*this); }
 
+    bool is_convex() const override { return true; }
+
     double area(uint32_t) const override;
 
     Vec3d point(uint32_t, const Vec2d& u) const override;

@@ -49,6 +49,8 @@ class SphereSet final : public PrimitiveSet {
 
     size_t bytes() const override { return sizeof(*this) + spheres_.capacity() * sizeof(Sphere); }
 
+    bool is_convex() const override { return true; }
+
     double area(uint32_t index) const override;
 
     Vec3d point(uint32_t index, const Vec2d& u) const override;

@@ -77,6 +77,8 @@ std::optional<Caustics> caustics_mode(std::string_view name) {
     if (name == "path") return Caustics::Path;
     if (name == "auto") return Caustics::Auto;
     if (name == "manifold") return Caustics::Manifold;
+    if (name == "small-lights") return Caustics::SmallLights;
+    if (name == "light") return Caustics::Light;
     return std::nullopt;
 }
 
@@ -458,10 +460,12 @@ std::optional<CausticSampler::Estimate> CausticSampler::sample(
 std::unique_ptr<const CausticSampler> make_caustic_sampler(Caustics mode, const World& world) {
     switch (mode) {
         case Caustics::Path:
+        case Caustics::Light:
+        case Caustics::Auto:
             break;
         case Caustics::Manifold:
             return std::make_unique<CausticSampler>(world);
-        case Caustics::Auto:
+        case Caustics::SmallLights:
             return std::make_unique<CausticSampler>(world, CausticSampler::auto_largest_light);
     }
     return nullptr;

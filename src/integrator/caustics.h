@@ -22,12 +22,14 @@ namespace velatura::integrator {
 
 /// How light that comes by perfect mirrors and smooth interfaces is found.
 enum class Caustics : uint8_t {
-    Path,      ///< by paths that meet the light by chance
-    Manifold,  ///< by solving for the chain that joins a vertex and a point of the light
-    Auto,      ///< Manifold for lights so small that paths seldom meet them, Path for the others
+    Path,         ///< by paths that meet the light by chance
+    Manifold,     ///< by solving for the chain that joins a vertex and a point of the light
+    SmallLights,  ///< Manifold for lights so small that paths seldom meet them, Path for the others
+    Light,        ///< by light tracing, see LightTracer
+    Auto,         ///< Light where trial paths predict a gain, Path elsewhere
 };
 
-/// "path", "manifold", "auto".
+/// "path", "manifold", "small-lights", "light", "auto".
 std::optional<Caustics> caustics_mode(std::string_view name);
 
 /// What a path did since it last scattered by a lobe that is no delta.
@@ -59,7 +61,7 @@ class CausticSampler {
     static constexpr uint32_t trial_cap = 1u << 16;
 
     /// Lights of about twice this half angle (radians, SpecularCasters::half_angle_of) are as well
-    /// met by chance (docs/adr/0010): what Caustics::Auto leaves to paths.
+    /// met by chance (docs/adr/0010): what Caustics::SmallLights leaves to paths.
     static constexpr double auto_largest_light = 1.0 / 32.0;
 
     /// largest_light: half angle beyond which a light is left to the paths.

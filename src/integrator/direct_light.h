@@ -50,6 +50,14 @@ class DirectLight {
                          film::SampleRadiance& out,
                          const NestedDielectrics::Crossing* crossing = nullptr) const;
 
+    /// How much of a sampled light arrives at a surface, by cut-outs, clear interfaces and
+    /// interiors. inside: the interior where it arrives. shares: null, or who takes the rest.
+    Rgb visibility(const Path& path,
+                   const geometry::SurfacePoint& from,
+                   const Interior& inside,
+                   const lights::LightSample& light,
+                   ShadowShares* shares) const;
+
   private:
     /// Chooses a light and a direction towards it; false when none arrives there.
     bool choose(const Path& path, const lights::Receiver& receiver, ChosenLight& chosen) const;
@@ -66,11 +74,6 @@ class DirectLight {
                               const lights::Receiver& receiver,
                               const classic::LightDirection& along,
                               const Give& give) const;
-    Rgb visibility(const Path& path,
-                   const geometry::SurfacePoint& from,
-                   const Interior& inside,
-                   const lights::LightSample& light,
-                   ShadowShares* shares) const;
     Rgb own_visibility(const Path& path,
                        const geometry::SurfacePoint& from,
                        const Interior& inside,
@@ -157,7 +160,11 @@ inline void DirectLight::deposit_visible(Path& path,
     const auto& [choice, light, links] = chosen;
 
     // Weigh it against finding the same light by going on
-    const shading::BsdfValue value = bsdf.evaluate(wo, light.wi);
+    shading::BsdfValue value = bsdf.evaluate(wo, light.wi);
+    const CausticPaths* const traced = context_.options.caustic_paths;
+    if (traced && path.is_caustic_receiver && !is_exit && traced->takes_light(choice.light) &&
+        traced->casts(point))
+        value = bsdf.wide_part(value);
     Rgb f = value.f();
     lights::LobeMultipliers multipliers;
     if (world_.has_lobe_multipliers) {

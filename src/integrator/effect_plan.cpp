@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "integrator/effect_plan.h"
 
+#include "integrator/caustic_paths.h"
 #include "integrator/effect_rules.h"
 
 #include <fmt/format.h>
@@ -41,6 +42,19 @@ EffectEntry find(const scene::Scene& scene, const EffectRule& rule) {
     return found.entry;
 }
 
+/// Caustics that are found by other ways than camera paths.
+EffectEntry caustic_entry(const scene::Scene& scene, Caustics caustics) {
+    if (caustics == Caustics::Path) return {EffectState::Absent, {}, "--caustics", 0};
+    if (caustics == Caustics::Manifold || caustics == Caustics::SmallLights)
+        return {EffectState::On, {}, "--caustics", 1};
+    if (!CausticPaths::can_exist(scene))
+        return {EffectState::Absent, {}, "no narrow lobes under a light but domes", 0};
+    return {EffectState::On,
+            {},
+            caustics == Caustics::Auto ? "where trial paths predict a gain" : "--caustics",
+            1};
+}
+
 /// What the command line alone decides.
 void add_options(const PlanOptions& o, EffectPlan& plan) {
     const auto set = [&](Effect e, bool is_on, std::string why) {
@@ -53,7 +67,6 @@ void add_options(const PlanOptions& o, EffectPlan& plan) {
     set(Effect::Guiding, o.guiding != Guiding::Off,
         is_tried ? "where trial paths predict a gain" : "--guiding on");
     set(Effect::Splitting, o.splits, "where trial paths predict a gain");
-    set(Effect::CausticSearch, o.caustics != Caustics::Path, "--caustics");
     set(Effect::AdaptiveSampling, o.is_adaptive, "more samples in noisy pixels");
     const film::LayerSet& l = o.layers;
     set(Effect::BounceLayers, l.bounce_layers,
@@ -113,6 +126,7 @@ EffectPlan make_plan(const scene::Scene& scene, const PlanOptions& options) {
         entry.is_forced = options.force_all && rule.is_forceable && entry.state < EffectState::On;
     });
     add_options(options, plan);
+    plan.entries[size_t(Effect::CausticSearch)] = caustic_entry(scene, options.caustics);
     if (plan.of(Effect::NestedDielectrics).state == EffectState::On &&
         plan.of(Effect::CausticSearch).state == EffectState::On)
         plan.entries[size_t(Effect::CausticSearch)].why +=

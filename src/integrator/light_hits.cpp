@@ -86,6 +86,7 @@ void LightHits::add(const Path& path, float t_max, film::SampleRadiance& out) co
         if (context_.options.caustics &&
             context_.options.caustics->finds(path.history, hit.light, path.pass_count))
             return;
+        if (is_light_traced(context_.options.caustic_paths, path, hit.light)) return;
         // What lies beyond the camera's far plane is not seen, but for the lights at infinity
         if (std::isfinite(hit.t) && hit.t - path.traveled > path.ray.t_max) return;
         if (path.bounce == 0) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "integrator/caustic_paths.h"
 #include "integrator/caustics.h"
 #include "integrator/direction_mixture.h"
 #include "integrator/path_events.h"
@@ -67,8 +68,12 @@ struct Path {
     float cone_width = 0, cone_spread = 0;
     SpecularHistory history;  ///< only kept when caustics are solved for
     Interior interior;        ///< of the present segment; only kept where something absorbs
-    uint32_t branches = 1;    ///< that it is yet to divide into
-    float share = 1;          ///< of the sample, for a branch
+    /// Only kept when light tracing finds some of the light, see CausticPaths: whether the first
+    /// scattering was by a wide lobe and those since by surfaces of its kind; whether the last one
+    /// was by a narrow lobe of a caster.
+    bool is_caustic_receiver = false, is_from_caster = false;
+    uint32_t branches = 1;  ///< that it is yet to divide into
+    float share = 1;        ///< of the sample, for a branch
     float carried =
         1;  ///< of what it began with, at its last chance to end; not kept by the default roulette
     const media::Flight* flight =
@@ -76,6 +81,11 @@ struct Path {
     RayCounts* counts;
     PathObserver* observer;
 };
+
+/// Whether the light that the path meets now is found by light tracing.
+inline bool is_light_traced(const CausticPaths* paths, const Path& path, lights::LightId light) {
+    return paths && path.is_caustic_receiver && path.is_from_caster && paths->takes_light(light);
+}
 
 /// Where a path scatters.
 struct Vertex {

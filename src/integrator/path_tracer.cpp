@@ -198,6 +198,41 @@ const char* PathTracer::continue_path(Path& path,
     return nullptr;
 }
 
+/// Keeps whether light tracing finds what the path meets from here on. Of a scattering with wide
+/// and narrow lobes one kind is drawn, by what it brings; `value` becomes that kind's.
+void PathTracer::note_caustic_class(Path& path,
+                                    const Vertex& vertex,
+                                    const shading::BsdfSample& sample,
+                                    shading::BsdfValue& value) const {
+    const bool is_first = path.bounce == 0;
+    path.is_from_caster = false;
+    if (!is_first && !path.is_caustic_receiver) return;
+    if (vertex.is_exit || vertex.bsdf.is_hair()) {
+        path.is_caustic_receiver = false;
+        return;
+    }
+    bool is_narrow = sample.is_delta;
+    if (!sample.is_delta) {
+        const shading::BsdfValue narrow = vertex.bsdf.narrow_part(value);
+        const float all = luminance(value.f()), part = luminance(narrow.f());
+        if (part > 0.0f && all > 0.0f) {
+            const float share = std::min(part / all, 1.0f);
+            is_narrow =
+                path.sampler.get_1d(path.bounce, Purpose::LobeWidth, path.pass_count) < share;
+            const shading::BsdfValue kept = is_narrow ? narrow : vertex.bsdf.wide_part(value);
+            const Rgb kept_f = kept.f(), f = value.f();
+            const float chance = is_narrow ? share : 1.0f - share;
+            for (int c = 0; c < 3; ++c)
+                path.beta[c] *= f[c] > 0.0f ? kept_f[c] / (f[c] * chance) : 0.0f;
+            value = kept;
+        }
+    }
+    if (is_first)
+        path.is_caustic_receiver = !is_narrow;
+    else
+        path.is_from_caster = is_narrow && context_.options.caustic_paths->casts(vertex.point);
+}
+
 bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance& out) const {
     const auto& [point, bsdf, wo, directions, crossing, is_exit] = vertex;
     if (path.observer && bsdf.has_non_delta())
@@ -223,10 +258,13 @@ bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance&
         if (!world_.materials.material_is_see_through(point.material)) path.is_certain = true;
         return true;
     }
+    shading::BsdfValue value;
+    const bool needs_value = context_.options.caustic_paths || out.labels();
+    if (needs_value && !sample->is_delta) value = bsdf.evaluate(wo, sample->wi);
+    if (context_.options.caustic_paths) note_caustic_class(path, vertex, *sample, value);
     if (film::PathLabels* const labels = out.labels()) {
         // Each of two mirrors in one direction brings its own weight and no more
-        labels->look(sample->is_delta ? events_of(*sample)
-                                      : vertex.events(bsdf.evaluate(wo, sample->wi)));
+        labels->look(sample->is_delta ? events_of(*sample) : vertex.events(value));
         labels->go();
     }
     path.ray = geometry::spawn_ray(point, sample->wi);

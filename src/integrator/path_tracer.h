@@ -37,6 +37,10 @@ class PathTracer {
     void follow_through(Path& path, film::SampleRadiance& out) const;
     void split_path(const Path& prefix, const Vertex& vertex, film::SampleRadiance& out) const;
     const char* continue_path(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
+    void note_caustic_class(Path& path,
+                            const Vertex& vertex,
+                            const shading::BsdfSample& sample,
+                            shading::BsdfValue& value) const;
     bool scatter(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
 
     TracerContext context_;

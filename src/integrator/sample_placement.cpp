@@ -243,6 +243,19 @@ int SampleRates::exponent_at(int x, int y) const {
                                      size_t(x - window_.x0)];
 }
 
+LightPasses SampleRates::light_passes(int x, int y, uint64_t sample) const {
+    const int exponent = is_uniform() ? 0 : exponent_at(x, y);
+    if (exponent == 0 || sample < pilot_samples) return {sample, 1, sample, sample + 1};
+    const uint64_t odd = sample & 1;
+    if (exponent > 0) {
+        const uint64_t begin = (sample >> (exponent + 1)) << 1;
+        return {begin + odd, 1, begin, begin + 2};
+    }
+    const int less = -exponent;
+    const uint64_t begin = (sample >> 1) << (less + 1);
+    return {begin + odd, uint64_t(1) << less, begin, begin + (uint64_t(2) << less)};
+}
+
 uint64_t SampleRates::count(int x, int y, uint64_t index) const {
     if (is_uniform() || index <= pilot_samples) return index;
     const int exponent = exponent_at(x, y);

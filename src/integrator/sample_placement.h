@@ -58,6 +58,14 @@ class PilotNoise {
 /// pixels away. The pixel's own does not enter, not even by rounding.
 std::vector<float> mean_around(const std::vector<float>& values, int width, int height);
 
+/// Passes of light tracing: first, first + 2, …, `count` of them. All of a sample's, and those of
+/// all samples before, are below `end`; those of all samples after are at `begin` or above.
+struct LightPasses {
+    uint64_t first = 0;
+    uint64_t count = 1;
+    uint64_t begin = 0, end = 1;
+};
+
 /// How many samples each pixel has when a pixel of rate 1 has `index`: the rate, a power of two
 /// from 1/4 to 8, times as many, and never fewer than the pilot's. So whatever range of sample
 /// indices is rendered, in whatever passes or parts, each pixel's samples are a run that the next
@@ -86,6 +94,11 @@ class SampleRates {
     void keep_in(film::Film& film) const;
 
     bool is_uniform() const { return exponents_.empty(); }
+
+    /// The passes of light tracing that a sample of a pixel gets. A pass is for every pixel that is
+    /// sampled at rate 1; of those of higher rates several samples share one, and those of lower
+    /// rates get the mean of several. Even samples get even passes alone, and odd ones odd passes.
+    LightPasses light_passes(int x, int y, uint64_t sample) const;
 
     /// Samples of the pixel at `index`: its samples in [a, b) are [count(a), count(b)).
     uint64_t count(int x, int y, uint64_t index) const;

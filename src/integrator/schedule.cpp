@@ -2,6 +2,7 @@
 #include "integrator/schedule.h"
 
 #include "base/tasks.h"
+#include "integrator/light_image.h"
 #include "integrator/work_rate.h"
 #include "scene/effect_calls.h"
 #include "statistics/image_change.h"
@@ -156,7 +157,8 @@ class Runner {
            const RenderOptions& options,
            const SampleFunction& sample,
            const RenderCallbacks& callbacks,
-           const TopUpCounts* top_up)
+           const TopUpCounts* top_up,
+           const LightTracer* light)
         : film_(film),
           sample_(sample),
           callbacks_(callbacks),
@@ -165,7 +167,12 @@ class Runner {
           first_sample_(options.first_sample),
           end_sample_(options.end_sample),
           top_up_(top_up) {
-        if (top_up) expect_samples();
+        if (light) light_.emplace(*light, film.window());
+        if (top_up) {
+            // Only which passes of light tracing a sample gets still goes by the rates
+            rates_ = SampleRates::kept_in(film).value_or(SampleRates());
+            expect_samples();
+        }
         if (top_up || !options.adaptive || options.end_sample <= pilot_samples) return;
         if (const std::optional<SampleRates> kept = SampleRates::kept_in(film)) {
             rates_ = *kept;
@@ -238,10 +245,15 @@ class Runner {
             pilot_.reset();
             expect_samples();
         }
-        return for_each_tile([&](const film::Window& tile) { return run_tile(tile, first, end); });
+        if (!light_)
+            return for_each_tile(
+                [&](const film::Window& tile) { return run_tile(tile, first, end, all_passes); });
+        return run_with_light(first, end);
     }
 
   private:
+    static constexpr uint64_t all_passes = std::numeric_limits<uint64_t>::max();
+
     /// What a thread fills tile after tile; large where there are thousands of layers.
     struct ThreadScratch {
         explicit ThreadScratch(const film::LayerSet& layers)
@@ -313,7 +325,28 @@ class Runner {
         return complete;
     }
 
-    bool run_tile(const film::Window& tile, uint64_t first, uint64_t end) {
+    /// run(), passes of light tracing and the samples that they are for in turn.
+    bool run_with_light(uint64_t first, uint64_t end) {
+        uint64_t begin_pass = all_passes, end_pass = 0;
+        for_each_pixel([&](int x, int y) {
+            const uint64_t pixel_first = next_sample(x, y, first), pixel_end = count(x, y, end);
+            if (pixel_first >= pixel_end) return;
+            begin_pass = std::min(begin_pass, rates_.light_passes(x, y, pixel_first).begin);
+            end_pass = std::max(end_pass, rates_.light_passes(x, y, pixel_end - 1).end);
+        });
+        for (uint64_t pass = begin_pass, next = 0; pass < end_pass; pass = next) {
+            next = light_->end_of_run(pass, end_pass);
+            progress_.add(0, 0, light_->trace(pass, next, [this] { return is_stopped(); }));
+            if (is_stopped()) return false;
+            if (!for_each_tile(
+                    [&](const film::Window& tile) { return run_tile(tile, first, end, next); }))
+                return false;
+        }
+        return true;
+    }
+
+    /// Samples at the indices [first, end) that need no pass of light tracing from end_pass on.
+    bool run_tile(const film::Window& tile, uint64_t first, uint64_t end, uint64_t end_pass) {
         Lease lease(*this);
         auto& [accumulator, radiance] = lease.scratch();
         for (int y = tile.y0; y < tile.y1; ++y) {
@@ -327,7 +360,13 @@ class Runner {
                         watch_pixel(x, y, std::min(pixel_first, pilot_samples), radiance, counts);
                 film_.begin_pixel(accumulator, x, y, pixel_first);
                 for (uint64_t s = pixel_first; s < pixel_end; ++s) {
+                    LightPasses passes;
+                    if (light_) {
+                        passes = rates_.light_passes(x, y, s);
+                        if (passes.end > end_pass) break;
+                    }
                     trace(x, y, s, radiance, counts);
+                    if (light_) light_->add(x, y, passes, radiance);
                     accumulator.add(radiance);
                 }
                 done += accumulator.next_sample() - pixel_first;
@@ -395,6 +434,7 @@ class Runner {
     std::optional<PilotNoise>
         pilot_;  ///< until the rates are known; none when sampling is not adaptive
     SampleRates rates_;
+    std::optional<LightImage> light_;
     const TopUpCounts* top_up_;  ///< in place of the rates
     std::mutex rooms_mutex_;
     std::vector<std::unique_ptr<ThreadScratch>> scratches_;
@@ -557,8 +597,9 @@ RenderResult run_schedule(film::Film& film,
                           const RenderOptions& options,
                           const SampleFunction& sample,
                           const RenderCallbacks& callbacks,
-                          const TopUpCounts* top_up) {
-    Runner runner(film, options, sample, callbacks, top_up);
+                          const TopUpCounts* top_up,
+                          const LightTracer* light) {
+    Runner runner(film, options, sample, callbacks, top_up, light);
     RenderResult result = options.mode == RenderMode::Tile
                               ? run_tile_mode(runner, options)
                               : run_progressive_mode(film, runner, options, callbacks);

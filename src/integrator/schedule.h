@@ -2,6 +2,7 @@
 #pragma once
 
 #include "film/film.h"
+#include "integrator/light_tracer.h"
 #include "integrator/ray_counts.h"
 #include "integrator/render_options.h"
 #include "integrator/sample_placement.h"
@@ -74,11 +75,13 @@ uint64_t max_samples(const RenderOptions& options);
 /// by tile or pass by pass. The film's content depends on neither, nor on how much of it the film
 /// had already: samples that are there are not traced again, whatever the run before stopped at,
 /// but for the first few where they place the others. `top_up`: counts that take the place of the
-/// rates, at the indices from 0 to its steps, which are options.end_sample.
+/// rates, at the indices from 0 to its steps, which are options.end_sample. `light`: adds its
+/// splats to the samples.
 RenderResult run_schedule(film::Film& film,
                           const RenderOptions& options,
                           const SampleFunction& sample,
                           const RenderCallbacks& callbacks,
-                          const TopUpCounts* top_up = nullptr);
+                          const TopUpCounts* top_up = nullptr,
+                          const LightTracer* light = nullptr);
 
 }  // namespace velatura::integrator

@@ -3,6 +3,7 @@
 
 #include "film/film.h"
 #include "guiding/guiding_field.h"
+#include "integrator/caustic_paths.h"
 #include "integrator/caustics.h"
 #include "integrator/estimator.h"
 #include "integrator/matte_ids.h"
@@ -35,6 +36,9 @@ struct PathTracerOptions {
     const MatteIds* mattes =
         nullptr;        ///< says whose each sample is, must outlive the tracer; null = nobody asks
     bool deep = false;  ///< says how far away each sample is, see SampleRadiance::cover
+    /// What light tracing finds and camera paths leave out; must outlive the tracer; null =
+    /// nothing.
+    const CausticPaths* caustic_paths = nullptr;
     const CausticSampler* caustics =
         nullptr;  ///< solves for caustics, must outlive the tracer; null = paths find all light
 };

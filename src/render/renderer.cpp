@@ -39,7 +39,7 @@ image::Matrix44 to_floats(const Matrix& m) {
 
 double PrepassResults::seconds() const {
     return guide.seconds + branches.seconds + (roulette ? roulette->seconds : 0.0) +
-           (bounces ? bounces->seconds : 0.0);
+           (bounces ? bounces->seconds : 0.0) + (light ? light->seconds : 0.0);
 }
 
 Renderer::Renderer(const scene::Scene& scene, Settings settings)
@@ -191,6 +191,7 @@ integrator::PathTracerOptions Renderer::trial_options() const {
     if (prepass_->guide.is_used) options.guide = &prepass_->guide.field;
     if (prepass_->roulette) options.roulette = &prepass_->roulette->gains;
     options.caustics = caustics_.get();
+    options.caustic_paths = caustic_paths_.get();
     options.disable_lens = scene_->settings.disable_depth_of_field;
     return options;
 }
@@ -208,6 +209,7 @@ void Renderer::learn(const std::atomic<bool>* stop) {
     VELATURA_CHECK(world_ != nullptr, "build() comes before learn()");
     caustics_ = integrator::make_caustic_sampler(settings_.caustics, *world_);
     prepass_ = std::make_unique<PrepassResults>();
+    learn_caustics(stop);
     prepass_->guide = integrator::train_guide(*world_, trial_options(), settings_.guiding, stop);
     if (settings_.tracer.estimator.roulette == integrator::Roulette::Efficiency)
         prepass_->roulette = integrator::try_roulette(*world_, trial_options(), stop);
@@ -223,6 +225,26 @@ void Renderer::learn(const std::atomic<bool>* stop) {
     if (settings_.splits)
         prepass_->branches = integrator::try_splitting(*world_, trial_options(), window(), stop);
     tracer_ = std::make_unique<const integrator::PathTracer>(*world_, layers_, image_options());
+    light_tracer_ = caustic_paths_
+                        ? std::make_unique<const integrator::LightTracer>(
+                              *world_, layers_, image_options(), prepass_->light->emission)
+                        : nullptr;
+}
+
+/// Whether light tracing finds the caustics, and from where.
+void Renderer::learn_caustics(const std::atomic<bool>* stop) {
+    using integrator::Caustics;
+    caustic_paths_.reset();
+    const bool is_wanted =
+        settings_.caustics == Caustics::Light || settings_.caustics == Caustics::Auto;
+    if (!is_wanted || !integrator::CausticPaths::can_exist(*scene_) ||
+        !integrator::CausticPaths::why_not(*world_, settings_.tracer).empty())
+        return;
+    auto paths = std::make_unique<const integrator::CausticPaths>(*world_);
+    if (paths->is_empty()) return;
+    caustic_paths_ = std::move(paths);
+    prepass_->light = integrator::try_light_tracing(*world_, trial_options(), stop);
+    if (settings_.caustics == Caustics::Auto && !prepass_->light->is_used) caustic_paths_.reset();
 }
 
 std::unique_ptr<const integrator::PathTracer> Renderer::make_tracer(uint64_t seed) const {
@@ -283,7 +305,7 @@ integrator::RenderResult Renderer::advance(const integrator::RenderCallbacks& ca
         *film_, options,
         [this](int x, int y, uint64_t sample, film::SampleRadiance& out,
                integrator::RayCounts& counts) { tracer_->trace(x, y, sample, out, counts); },
-        callbacks, top_up);
+        callbacks, top_up, light_tracer_.get());
     // What building did is part of what the render did
     auto& counts = result.rays.effects.count;
     counts[size_t(scene::Effect::Subdivision)] += world_->refinement.meshes;

@@ -7,6 +7,7 @@
 #include "integrator/bounce_trial.h"
 #include "integrator/caustics.h"
 #include "integrator/guide_training.h"
+#include "integrator/light_trial.h"
 #include "integrator/matte_ids.h"
 #include "integrator/path_tracer.h"
 #include "integrator/roulette_trial.h"
@@ -32,6 +33,7 @@ struct PrepassResults {
     integrator::GuideTraining guide;                    ///< path guiding
     std::optional<integrator::RouletteTrial> roulette;  ///< of Roulette::Efficiency
     std::optional<integrator::BounceTrial> bounces;     ///< of Settings::min_bounce_share
+    std::optional<integrator::LightTrial> light;        ///< light tracing; none: not tried
     integrator::SplittingTrial branches;                ///< path splitting
 
     double seconds() const;  ///< wall-clock time of all trials [s]
@@ -169,7 +171,10 @@ class Renderer {
     /// A tracer with the random numbers of another seed.
     std::unique_ptr<const integrator::PathTracer> make_tracer(uint64_t seed) const;
 
-    /// Caustic sampler; null: caustics by path tracing.
+    /// Light tracer; null: caustics by path tracing or by the caustic sampler.
+    const integrator::LightTracer* light_tracer() const { return light_tracer_.get(); }
+
+    /// Caustic sampler; null: caustics by path tracing or by light tracing.
     const integrator::CausticSampler* caustics() const { return caustics_.get(); }
 
     /// Ids of Cryptomattes; null without Cryptomattes.
@@ -195,6 +200,8 @@ class Renderer {
     integrator::PathTracerOptions trial_options() const;
     integrator::PathTracerOptions image_options() const;
 
+    void learn_caustics(const std::atomic<bool>* stop);
+
     scene::Scene& edit();
 
     std::unique_ptr<scene::Scene> own_scene_;
@@ -206,11 +213,13 @@ class Renderer {
     /// Hidden ones by index, with the values that they have when shown again.
     std::map<size_t, scene::Instance> hidden_instances_;
     std::map<size_t, scene::Shape> hidden_shapes_;
-    std::unique_ptr<const integrator::CausticSampler> caustics_;  ///< null = by paths
+    std::unique_ptr<const integrator::CausticSampler> caustics_;     ///< null = by paths
+    std::unique_ptr<const integrator::CausticPaths> caustic_paths_;  ///< null = no light tracing
     std::unique_ptr<PrepassResults> prepass_;
     film::LayerSet layers_;
     std::unique_ptr<const integrator::MatteIds> mattes_;
     std::unique_ptr<const integrator::PathTracer> tracer_;
+    std::unique_ptr<const integrator::LightTracer> light_tracer_;  ///< with caustic_paths_
     std::unique_ptr<film::Film> film_;
 };
 

@@ -149,7 +149,6 @@ float PixelFilter::sample_axis(float u, float begin, float end) const {
 /// Along each axis the profile is positive up to a point and negative from there on. Where both
 /// factors have one sign the filter adds, elsewhere it subtracts.
 FilterSample PixelFilter::sample_part(const Vec2& u, float u_part) const {
-    constexpr float negative_share = 0.25f;  // of the samples
     const float positive = 0.5f * float(absolute_integral_ + 1.0);
     const float negative = 0.5f * float(absolute_integral_ - 1.0);
     const float inner = positive / float(absolute_integral_);

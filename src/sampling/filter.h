@@ -37,6 +37,9 @@ class PixelFilter {
 
     float radius() const { return radius_; }
 
+    /// Share of the samples that go where a filter subtracts, if it does somewhere.
+    static constexpr float negative_share = 0.25f;
+
     /// Whether it subtracts somewhere.
     bool has_negative_lobes() const { return kind_ == FilterKind::Mitchell; }
 

@@ -34,6 +34,7 @@ enum class Purpose : uint32_t {
     ManifoldLobe = 18,
     ManifoldTriangle = 19,
     LightDirection = 20,
+    LobeWidth = 21,
     VolumeDistance = 32,
     VolumeDirection = 33,
     VolumeShadow = 34,

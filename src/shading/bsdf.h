@@ -78,6 +78,13 @@ class Bsdf {
     /// Cosine factor of f: |wi · ns|.
     float cosine(const Vec3& wi) const { return abs_dot(wi, frame_.z); }
 
+    /// The part of a value that narrow lobes bring, see narrow_lobe_alpha; pdf, kind and eta stay.
+    /// Fibers have no narrow lobes.
+    BsdfValue narrow_part(const BsdfValue& value) const;
+
+    /// value without narrow_part(value).
+    BsdfValue wide_part(const BsdfValue& value) const;
+
     // Delta lobes
 
     /// Sum of the delta lobes of one kind for the constructor's wo: the expected value of what

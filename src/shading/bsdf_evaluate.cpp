@@ -139,6 +139,31 @@ void Bsdf::evaluate_through_sheet(const LayerView& v, const Vec3& wi, BsdfValue&
     if (features_.has_coat()) coat_.put_under(v, mu_i, value);
 }
 
+BsdfValue Bsdf::narrow_part(const BsdfValue& value) const {
+    BsdfValue narrow = value;
+    narrow.diffuse = narrow.specular = Rgb(0.0f);
+    narrow.coat = 0.0f;
+    if (kind_ == Kind::Lambert || kind_ == Kind::Hair) return narrow;
+    const float base_alpha = p_.anisotropic ? std::min(p_.alpha, p_.alpha_y) : p_.alpha;
+    if (base_alpha <= narrow_lobe_alpha)
+        for (int c = 0; c < 3; ++c)
+            narrow.specular[c] = std::max(value.specular[c] - value.coat, 0.0f);
+    if (p_.clearcoat_alpha <= narrow_lobe_alpha) {
+        narrow.coat = value.coat;
+        for (int c = 0; c < 3; ++c) narrow.specular[c] += std::min(value.specular[c], value.coat);
+    }
+    return narrow;
+}
+
+BsdfValue Bsdf::wide_part(const BsdfValue& value) const {
+    const BsdfValue narrow = narrow_part(value);
+    BsdfValue wide = value;
+    wide.coat -= narrow.coat;
+    for (int c = 0; c < 3; ++c)
+        wide.specular[c] = std::max(value.specular[c] - narrow.specular[c], 0.0f);
+    return wide;
+}
+
 template void Bsdf::evaluate_local<true>(const LayerView&, const Vec3&, BsdfValue&) const;
 template void Bsdf::evaluate_local<false>(const LayerView&, const Vec3&, BsdfValue&) const;
 

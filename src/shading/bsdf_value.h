@@ -83,6 +83,10 @@ struct SurfaceParameters {
     float sheen_roughness = 1;    ///< in [SheenAlbedo::min_roughness, 1]
 };
 
+/// Up to this GGX width a lobe counts as narrow: its reflections of small lights are caustics that
+/// light tracing finds.
+inline constexpr float narrow_lobe_alpha = 0.1f;
+
 /// Below this GGX width a lobe is a perfect mirror, flagged as delta.
 inline constexpr float specular_switch_alpha = 1e-3f;
 

@@ -42,10 +42,10 @@ Json header_stats(const Workplace& w) {
 /// better.
 TEST(Accuracy, ErrorsThatDoNotFallAreLowerBoundsInAllThatIsSaid) {
     const Workplace w;
-    const CommandResult r =
-        w.velatura("render '" VELATURA_SOURCE_DIR
-                   "/scenes/transport/caustic.usda' --res 48 36 --spp 128 --seed 22 --target-error "
-                   "1% --require-target --progress none --stats x.json -o x.exr");
+    const CommandResult r = w.velatura(
+        "render '" VELATURA_SOURCE_DIR
+        "/scenes/transport/caustic.usda' --caustics path --res 48 36 --spp 128 "
+        "--seed 22 --target-error 1% --require-target --progress none --stats x.json -o x.exr");
     EXPECT_EQ(r.exit_code, 3) << r.output;
     EXPECT_NE(r.output.find("[rare-light]"), std::string::npos) << r.output;
     EXPECT_NE(r.output.find("% or more [budget]"), std::string::npos) << r.output;

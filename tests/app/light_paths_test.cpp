@@ -203,8 +203,8 @@ TEST_F(LightPathLayers, LobesOfDirectLightAreWhatTheLightsMultipliersKeep) {
     // Light that is sampled, and light that paths meet
     for (const std::string integrator : {"path", "naive", "nee"}) {
         const std::string how =
-            "--spp 8 --adaptive off --splitting off --guiding off --layers bounce,lobe "
-            "--float-layers --integrator " +
+            "--spp 8 --adaptive off --splitting off --guiding off --caustics path "
+            "--layers bounce,lobe --float-layers --integrator " +
             integrator;
         const auto with = [&](double diffuse, double specular) {
             std::string scene = room(diffuse, specular);
@@ -232,7 +232,9 @@ TEST_F(LightPathLayers, LobesOfDirectLightAreWhatTheLightsMultipliersKeep) {
 TEST_F(LightPathLayers, LobesAddUpToBouncesAndBelongToTheirMaterials) {
     const image::Image image =
         render(room(1, 1),
-               "--spp 16 --bounces 8 --cryptomatte material --layers bounce,lobe --float-layers");
+               // Splats of light tracing reach into pixels whose samples all met another surface
+               "--spp 16 --bounces 8 --cryptomatte material --layers bounce,lobe --float-layers "
+               "--caustics path");
     const std::vector<std::string> lobes = {"diffuse",  "specular",   "coat",
                                             "transmit", "subsurface", "volume"};
     std::vector<std::string> direct, indirect;

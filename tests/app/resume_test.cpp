@@ -83,7 +83,7 @@ TEST_F(Resume, GivesTheFileOfOneRender) {
 TEST_F(Resume, GivesTheFileOfOneRenderInEveryLayoutAndWithHalves) {
     for (const char* layout : {"single", "split"}) {
         const std::string common = fmt::format(
-            "--halves --guiding on --caustics auto --cryptomatte object,material --exr-layout {} "
+            "--halves --guiding on --caustics light --cryptomatte object,material --exr-layout {} "
             "--resumable ",
             layout);
         render(common + "--spp 24 -o whole.exr");
@@ -281,7 +281,7 @@ TEST_F(Resume, RefusesWhatIsNotTheSameRender) {
         {"--adaptive off", "--adaptive was on, now off"},
         {"--integrator nee", "--light-sampling was mis, now light"},
         {"--guiding on", "--guiding was off, now on"},
-        {"--caustics manifold", "--caustics was path, now manifold"},
+        {"--caustics manifold", "--caustics was auto, now manifold"},
         {"--splitting off", "--splitting was auto, now off"},
         {"--light-selection power", "--light-selection was tree, now power"},
         {"--effects -clearcoat", nullptr},  // the scene has none: the same render

@@ -296,5 +296,54 @@ TEST(CameraModel, MovesFromKeyToKey) {
     EXPECT_EQ(a.o, CameraModel(there, 300, 200).generate_ray({9, 9}, {0, 0}).o);
 }
 
+/// What connect() finds for a point of a ray is that ray's film point, through lenses, windows
+/// aside and motion; and its factor is the area on the film that a small square across the ray
+/// covers.
+TEST(CameraModel, ConnectionsAreTheInverseOfRays) {
+    scene::Camera plain = shifted_camera(), lens = shifted_camera(), flat = shifted_camera(),
+                  moving = shifted_camera();
+    for (scene::Camera* c : {&plain, &lens, &flat, &moving})
+        c->render_from_camera = rotation() * Mat4d(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 3, -2, 5, 1);
+    lens.lens_radius = 0.2;
+    lens.focus_distance = 4;
+    lens.clip_near = 0.5;
+    flat.projection = scene::Camera::Projection::Orthographic;
+    flat.lens_radius = 0.1;
+    flat.focus_distance = 3;
+    moving.motion_keys = {moving.render_from_camera, plain.render_from_camera};
+    moving.motion_keys[1][3][0] += 2.0;
+    for (const scene::Camera& settings : {plain, lens, flat, moving}) {
+        const CameraModel camera(settings, 300, 200);
+        for (const Vec2& film : {Vec2(12.3f, 170.6f), Vec2(150.0f, 100.0f), Vec2(280.25f, 3.5f)}) {
+            for (const Vec2& u : {Vec2(0.5f), Vec2(0.1f, 0.8f)}) {
+                const float time = 0.3f;
+                const CameraRay ray = camera.generate_ray(film, u, time);
+                const Vec3 p = ray.o + ray.d * 6.0f;
+                const auto found = camera.connect(p, u, time);
+                ASSERT_TRUE(found.has_value());
+                EXPECT_NEAR(found->film_point.x, film.x, 2e-3f);
+                EXPECT_NEAR(found->film_point.y, film.y, 2e-3f);
+                EXPECT_NEAR(found->distance, 6.0f, 1e-4f);
+                expect_near(found->o, Vec3d(ray.o), 1e-5);
+                expect_near(found->wi, -Vec3d(ray.d), 1e-6);
+
+                // Area on the film of a square across the ray, by central differences
+                const Frame frame = Frame::from_z(ray.d);
+                constexpr float h = 0.02f;
+                const auto at = [&](const Vec3& offset) {
+                    return Vec2d(camera.connect(p + offset, u, time)->film_point);
+                };
+                const Vec2d dx = (at(frame.x * h) - at(frame.x * -h)) / (2.0 * double(h)),
+                            dy = (at(frame.y * h) - at(frame.y * -h)) / (2.0 * double(h));
+                const double area = std::abs(dx.x * dy.y - dx.y * dy.x);
+                EXPECT_NEAR(double(found->film_per_area), area, 2e-3 * area);
+            }
+        }
+        const CameraRay middle = camera.generate_ray({150, 100}, Vec2(0.5f), 0.3f);
+        EXPECT_FALSE(camera.connect(middle.o - middle.d * 2.0f, Vec2(0.5f), 0.3f).has_value())
+            << "behind the near plane";
+    }
+}
+
 }  // namespace
 }  // namespace velatura::camera

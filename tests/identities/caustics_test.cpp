@@ -179,7 +179,7 @@ TEST(CausticImage, AutoLeavesLargeLightsToThePaths) {
     }
     const uint64_t large = fingerprint(render_scene(scene, few_samples()));
     EXPECT_EQ(fingerprint(render_scene(scene, few_samples(),
-                                       RenderSetup{.caustics = integrator::Caustics::Auto})),
+                                       RenderSetup{.caustics = integrator::Caustics::SmallLights})),
               large);
     EXPECT_NE(fingerprint(render_scene(scene, few_samples(), RenderSetup{.caustics = manifold})),
               large);
@@ -191,7 +191,7 @@ TEST(CausticImage, AutoLeavesLargeLightsToThePaths) {
         fingerprint(render_scene(scene, few_samples(), RenderSetup{.caustics = manifold}));
     EXPECT_NE(small, by_paths);
     EXPECT_EQ(fingerprint(render_scene(scene, few_samples(),
-                                       RenderSetup{.caustics = integrator::Caustics::Auto})),
+                                       RenderSetup{.caustics = integrator::Caustics::SmallLights})),
               small);
 }
 

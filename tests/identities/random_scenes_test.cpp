@@ -38,10 +38,11 @@ void check(uint64_t seed) {
     const scene::Scene scene = scene_from_usda(random_scene_usda(seed), 12, 9);
     const integrator::RenderOptions few = {.seed = seed, .end_sample = 2};
     // How paths are traced is drawn as well
-    RenderSetup setup{
-        .threads = 1,
-        .caustics = seed % 3 == 0 ? integrator::Caustics::Auto : integrator::Caustics::Path,
-        .branches = 1 + uint32_t(seed % 2)};
+    RenderSetup setup{.threads = 1,
+                      .caustics = seed % 3 == 0   ? integrator::Caustics::SmallLights
+                                  : seed % 3 == 1 ? integrator::Caustics::Light
+                                                  : integrator::Caustics::Path,
+                      .branches = 1 + uint32_t(seed % 2)};
     integrator::RayCounts counts;
     setup.counts = &counts;
     const film::Film film = render_scene(scene, few, setup);

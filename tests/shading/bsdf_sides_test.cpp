@@ -232,5 +232,34 @@ TEST(BsdfDelta, IsTheMeanOfItsSamples) {
     EXPECT_GT(lobes, 150);
 }
 
+// Whatever the lobes, a value is its narrow and its wide part, and lobes are one or the other.
+TEST(BsdfParts, NarrowAndWideMakeTheWhole) {
+    for (const float alpha : {0.01f, 0.3f}) {
+        for (const float coat_alpha : {0.01f, 0.3f}) {
+            SurfaceParameters p;
+            p.alpha = alpha;
+            p.clearcoat = 0.7f;
+            p.clearcoat_alpha = coat_alpha;
+            const Vec3 wo = normalize(Vec3(0.3f, 0.2f, 0.9f)),
+                       wi = normalize(Vec3(-0.31f, -0.2f, 0.9f));
+            const Bsdf bsdf(p, up, up, wo);
+            const BsdfValue value = bsdf.evaluate(wo, wi), narrow = bsdf.narrow_part(value),
+                            wide = bsdf.wide_part(value);
+            for (int c = 0; c < 3; ++c) {
+                EXPECT_NEAR(narrow.f()[c] + wide.f()[c], value.f()[c], 1e-5f * value.f()[c]);
+                EXPECT_EQ(narrow.diffuse[c], 0.0f);
+                EXPECT_EQ(wide.diffuse[c], value.diffuse[c]);
+            }
+            EXPECT_FLOAT_EQ(narrow.coat + wide.coat, value.coat);
+            EXPECT_EQ(narrow.coat > 0.0f, coat_alpha < narrow_lobe_alpha);
+            EXPECT_EQ(narrow.specular[0] > narrow.coat, alpha < narrow_lobe_alpha);
+            EXPECT_EQ(wide.specular[0] > 1e-4f * value.specular[0],
+                      alpha > narrow_lobe_alpha || coat_alpha > narrow_lobe_alpha);
+        }
+    }
+    const Bsdf lambert(Rgb(0.5f), up, up, up, up);
+    EXPECT_TRUE(is_black(lambert.narrow_part(lambert.evaluate(up, up)).f()));
+}
+
 }  // namespace
 }  // namespace velatura::shading

@@ -89,6 +89,8 @@ const std::vector<Technique>& techniques() {
          }},
         {"caustics solved for", "caustics by paths", [](WorldOptions&, PathTracerOptions&) {},
          integrator::Caustics::Manifold},
+        {"caustics by light tracing", "caustics by paths", [](WorldOptions&, PathTracerOptions&) {},
+         integrator::Caustics::Light},
     };
     return table;
 }

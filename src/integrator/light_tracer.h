@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "film/film.h"
+#include "film/path_event.h"
+#include "integrator/caustic_paths.h"
+#include "integrator/direct_light.h"
+#include "integrator/path.h"
+#include "integrator/tracer_context.h"
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace velatura::integrator {
+
+/// Light of one path from a light to the camera.
+struct Splat {
+    Vec2 film_point;  ///< pixels of the whole image
+    Rgb radiance;     ///< times pixels²: what the image gets where the filter is 1 per pixel²
+    float path_value = 0;  ///< luminance of the same path if a camera path finds it, about
+    uint16_t group = 0;    ///< light group
+    uint16_t bounce = 0;
+    /// Index into Splats::events of the first of `bounce` scatterings, camera first. Only where
+    /// layers tell paths apart.
+    uint32_t events = 0;
+};
+
+/// Splats in the order in which they were found.
+struct Splats {
+    std::vector<Splat> splats;
+    std::vector<film::EventShares> events;
+};
+
+/// Where photons begin, and how many there are.
+struct LightEmission {
+    std::vector<double> caster_weights;  ///< [caster]; empty: CasterShapes::choice()
+    double photons_per_pixel = 0.5;      ///< of the image, in each pass
+};
+
+/// Light tracing: paths that begin at lights and are connected to the camera. Finds caustics that
+/// are seen directly, which paths from the camera meet by chance only: the paths of
+/// PathTracerOptions::caustic_paths.
+///
+/// A photon begins at a point of a caster, by area, lit by a light that is sampled from there; it
+/// leaves by a narrow lobe, and each later wide lobe is connected to the camera.
+/// Random numbers: a function of seed, pass and photon. Passes of even and of odd numbers know
+/// nothing of each other, so that half images stay independent.
+/// Ref: Arvo 1986, "Backward Ray Tracing"; Veach 1997, section 5.3 (shading normals of light paths)
+/// and 10.3.
+/// Threads: immutable, safe to share; world and layers must outlive it.
+class LightTracer {
+  public:
+    LightTracer(const World& world,
+                const film::LayerSet& layers,
+                const PathTracerOptions& options,
+                const LightEmission& emission = {});
+    LightTracer(const LightTracer&) = delete;
+    LightTracer& operator=(const LightTracer&) = delete;
+
+    /// Photons of one pass, for the whole image.
+    uint64_t photons_per_pass() const { return photons_per_pass_; }
+
+    const sampling::PixelFilter& filter() const { return context_.filter; }
+
+    /// Traces photons [first, end) of a pass. Each counts as if it were alone: the image of a pass
+    /// is the mean over its photons.
+    /// Args: reach: pixels beyond the window for which splats are kept, too.
+    void trace(uint64_t pass,
+               uint64_t first,
+               uint64_t end,
+               const film::Window& window,
+               float reach,
+               Splats& out,
+               RayCounts& counts) const;
+
+    /// The same of one photon. Returns: the caster at which it began, as an index into
+    /// CasterShapes::casters(); none: nowhere.
+    uint32_t trace(uint64_t pass,
+                   uint64_t photon,
+                   const film::Window& window,
+                   float reach,
+                   Splats& out,
+                   RayCounts& counts) const;
+
+  private:
+    struct Photon;
+
+    std::optional<CasterPoint> sample_caster(Photon& photon) const;
+    bool begin(Photon& photon) const;
+    void follow(Photon& photon) const;
+    void connect(Photon& photon,
+                 const geometry::SurfacePoint& point,
+                 const NestedDielectrics::Crossing* crossing,
+                 const Vec3& wi) const;
+    bool scatter(Photon& photon,
+                 const geometry::SurfacePoint& point,
+                 const NestedDielectrics::Crossing* crossing,
+                 const Vec3& wi,
+                 bool is_first) const;
+    void splat(Photon& photon, const Vec2& film_point, const Rgb& radiance, float path_value) const;
+
+    TracerContext context_;
+    const World& world_;
+    DirectLight direct_;
+    bool wants_events_;
+    sampling::Distribution1D casters_;  // empty: their own choice
+    uint64_t photons_per_pass_;
+};
+
+}  // namespace velatura::integrator
