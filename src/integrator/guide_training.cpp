@@ -3,6 +3,7 @@
 
 #include "base/hash.h"
 #include "base/tasks.h"
+#include "integrator/trial_layers.h"
 #include "sampling/owen.h"
 
 #include <algorithm>
@@ -120,9 +121,7 @@ class Trainer {
           width_(uint32_t(world.scene.settings.width)),
           height_(uint32_t(world.scene.settings.height)) {
         options_.seed = hash_combine(options.seed, training_seed_salt);
-        layers_.bounce_layers = layers_.group_layers = layers_.data_layers = false;
-        for (const scene::LightGroup& g : world.scene.groups)
-            layers_.groups.push_back({g.name, g.prims, g.is_environment});
+        layers_ = trial_layers(world.scene);
     }
 
     void run(Guiding guiding, GuideTraining& out) {

@@ -4,6 +4,7 @@
 #include "base/hash.h"
 #include "base/tasks.h"
 #include "integrator/path_tracer.h"
+#include "integrator/trial_layers.h"
 
 #include <fmt/format.h>
 
@@ -76,9 +77,7 @@ class Trial {
         : world_(world), options_(options), grid_(world.scene.settings), stop_(stop) {
         options_.seed = hash_combine(options.seed, trial_seed_salt);
         options_.branches = nullptr;
-        layers_.bounce_layers = layers_.group_layers = layers_.data_layers = false;
-        for (const scene::LightGroup& g : world.scene.groups)
-            layers_.groups.push_back({g.name, g.prims, g.is_environment});
+        layers_ = trial_layers(world.scene);
     }
 
     bool is_stopped() const { return stop_ && stop_->load(std::memory_order_relaxed); }

@@ -3,6 +3,7 @@
 
 #include "base/hash.h"
 #include "base/tasks.h"
+#include "integrator/trial_layers.h"
 
 #include <chrono>
 #include <cmath>
@@ -135,10 +136,7 @@ RouletteTrial try_roulette(const World& world,
     trial_options.seed = hash_combine(options.seed, trial_seed_salt);
     trial_options.roulette = nullptr;
     trial_options.branches = nullptr;
-    film::LayerSet layers;
-    layers.bounce_layers = layers.group_layers = layers.data_layers = false;
-    for (const scene::LightGroup& g : world.scene.groups)
-        layers.groups.push_back({g.name, g.prims, g.is_environment});
+    const film::LayerSet layers = trial_layers(world.scene);
     const PathTracer tracer(world, layers, trial_options);
 
     // Every row sums its own pixels, so that the result does not depend on the threads

@@ -3,6 +3,7 @@
 
 #include "base/hash.h"
 #include "base/tasks.h"
+#include "integrator/trial_layers.h"
 
 #include <algorithm>
 #include <chrono>
@@ -131,10 +132,7 @@ class Trials {
         PathTracerOptions trial_options = options;
         trial_options.seed = seed_ = hash_combine(options.seed, trial_seed_salt);
         trial_options.branches = &two_;
-        film::LayerSet layers;
-        layers.bounce_layers = layers.group_layers = layers.data_layers = false;
-        for (const scene::LightGroup& g : world.scene.groups)
-            layers.groups.push_back({g.name, g.prims, g.is_environment});
+        const film::LayerSet layers = trial_layers(world.scene);
         trace(PathTracer(world, layers, trial_options), layers);
     }
 
