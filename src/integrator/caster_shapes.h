@@ -4,6 +4,7 @@
 #include "integrator/world.h"
 #include "sampling/distribution.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -16,6 +17,26 @@ struct BoundingSphere {
 };
 
 BoundingSphere sphere_around(const Box3d& box);
+
+/// How much light a material reflects by lobes that are narrow enough, very roughly, in [0, 1].
+/// is_narrow(const scene::Input& roughness): of a base or a coat with that roughness.
+template <class IsNarrow>
+double reflected_weight(const scene::Material& m, const IsNarrow& is_narrow) {
+    constexpr double dielectric_reflection = 0.04;
+    double weight = 0.0;
+    if (m.has_specular && is_narrow(m.roughness)) {
+        const double metallic = scene::is_constant(m.metallic) ? double(m.metallic.value.x) : 1.0;
+        const double specular = !m.use_specular_workflow ? 0.0
+                                : scene::is_constant(m.specular_color)
+                                    ? double(max_component(m.specular_color.value))
+                                    : 1.0;
+        weight = std::max({dielectric_reflection, metallic, specular});
+    }
+    const bool has_coat = !scene::is_constant(m.clearcoat) || m.clearcoat.value.x > 0.0f;
+    if (has_coat && is_narrow(m.clearcoat_roughness))
+        weight = std::max(weight, dielectric_reflection);
+    return std::min(weight, 1.0);
+}
 
 /// The placed shapes of a world that have materials of some weight, and distributions to choose
 /// among them. Immutable, safe to share among threads; the world must outlive it.

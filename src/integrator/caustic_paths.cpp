@@ -16,23 +16,9 @@ double narrow_weight(const scene::Material& m) {
         return !scene::is_constant(roughness) ||
                roughness.value.x * roughness.value.x <= shading::narrow_lobe_alpha;
     };
-    constexpr double dielectric_reflection = 0.04;
-    double weight = 0.0;
-    if (scene::can_transmit(m) && !m.thin_walled &&
-        (!m.rough_transmission || can_be_narrow(m.roughness)))
-        weight = 1.0;
-    if (m.has_specular && can_be_narrow(m.roughness)) {
-        const double metallic = scene::is_constant(m.metallic) ? double(m.metallic.value.x) : 1.0;
-        const double specular = !m.use_specular_workflow ? 0.0
-                                : scene::is_constant(m.specular_color)
-                                    ? double(max_component(m.specular_color.value))
-                                    : 1.0;
-        weight = std::max({weight, dielectric_reflection, metallic, specular});
-    }
-    const bool has_coat = !scene::is_constant(m.clearcoat) || m.clearcoat.value.x > 0.0f;
-    if (has_coat && can_be_narrow(m.clearcoat_roughness))
-        weight = std::max(weight, dielectric_reflection);
-    return std::min(weight, 1.0);
+    const bool transmits = scene::can_transmit(m) && !m.thin_walled &&
+                           (!m.rough_transmission || can_be_narrow(m.roughness));
+    return transmits ? 1.0 : reflected_weight(m, can_be_narrow);
 }
 
 std::vector<double> narrow_weights(const World& world) {

@@ -24,9 +24,7 @@ float fraction(float x) {
 /// See SpecularCasters::weight.
 double material_weight(const World& world, scene::MaterialId id) {
     const scene::Material& m = world.scene.materials[id];
-    const auto is_constant = [](const scene::Input& i) {
-        return i.source == scene::Input::Source::Constant;
-    };
+    using scene::is_constant;
     if (!is_constant(m.normal) || !is_constant(m.ior)) return 0.0;
     if (m.is_bare) return 0.0;
     // What is behind a boundary of solids with priorities is not known to chains
@@ -35,9 +33,6 @@ double material_weight(const World& world, scene::MaterialId id) {
         return !is_constant(roughness) ||
                square(double(roughness.value.x)) < double(shading::specular_switch_alpha);
     };
-    // What passes is worth more than what a dielectric reflects
-    constexpr double dielectric_reflection = 0.04;
-    double weight = 0.0;
     // Light passes thin walls straight: that is no part of a chain, what they reflect is
     if (world.materials.bounds_solid(id)) {
         // Only an interface that reflects blurs what it transmits (Bsdf::wants_rough_transmission)
@@ -49,20 +44,9 @@ double material_weight(const World& world, scene::MaterialId id) {
             (m.use_specular_workflow || (is_constant(m.metallic) && m.metallic.value.x < 1.0f));
         const bool is_blurred = m.rough_transmission && is_constant(m.roughness) && reflects &&
                                 turn >= double(shading::specular_switch_alpha);
-        if (!is_blurred) weight = 1.0;
+        if (!is_blurred) return 1.0;
     }
-    if (m.has_specular && can_be_smooth(m.roughness)) {
-        const double metallic = is_constant(m.metallic) ? double(m.metallic.value.x) : 1.0;
-        const double specular = !m.use_specular_workflow ? 0.0
-                                : is_constant(m.specular_color)
-                                    ? double(max_component(m.specular_color.value))
-                                    : 1.0;
-        weight = std::max({weight, dielectric_reflection, metallic, specular});
-    }
-    const bool has_coat = !is_constant(m.clearcoat) || m.clearcoat.value.x > 0.0f;
-    if (has_coat && can_be_smooth(m.clearcoat_roughness))
-        weight = std::max(weight, dielectric_reflection);
-    return std::min(weight, 1.0);
+    return reflected_weight(m, can_be_smooth);
 }
 
 std::vector<double> material_weights(const World& world) {
