@@ -34,6 +34,9 @@ class DirectLight {
     /// Of a surface.
     void add(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
 
+    /// Chooses a light and a direction towards it; false when none arrives there.
+    bool choose(const Path& path, const lights::Receiver& receiver, ChosenLight& chosen) const;
+
     /// Calls give(const ChosenLight&) for what the light sampling strategy samples from a point.
     template <class Give>
     void for_each_sample(const Path& path,
@@ -59,8 +62,6 @@ class DirectLight {
                    ShadowShares* shares) const;
 
   private:
-    /// Chooses a light and a direction towards it; false when none arrives there.
-    bool choose(const Path& path, const lights::Receiver& receiver, ChosenLight& chosen) const;
     void deposit_sampled(Path& path,
                          const Vertex& vertex,
                          const ChosenLight& chosen,

@@ -130,10 +130,9 @@ std::optional<CasterPoint> LightTracer::sample_caster(Photon& photon) const {
 /// Samples a point of a caster and light there, and scatters it. False: the photon brings nothing.
 bool LightTracer::begin(Photon& photon) const {
     Path& path = photon.path;
-    const sampling::PixelSampler& sampler = path.sampler;
     const std::optional<CasterPoint> start = sample_caster(photon);
     if (!start) return false;
-    geometry::SurfacePoint point = start->point;
+    const geometry::SurfacePoint& point = start->point;
     path.cone_width = world_.camera.footprint(point.p);
     const float presence = world_.materials.presence(point, path.cone_width);
     if (!(presence > 0.0f)) return false;
@@ -141,34 +140,29 @@ bool LightTracer::begin(Photon& photon) const {
     lights::Receiver receiver{point.p};
     if (world_.has_light_links)
         receiver.link = scene::link_class(world_.scene, point.instance, point.shape);
-    double u_light = sampler.get_1d_fine(0, Purpose::LightSelect);
-    if (world_.has_very_many_lights)
-        u_light += 0x1p-32 * sampler.get_1d_fine(0, Purpose::LightSelectFine);
-    const std::optional<lights::LightChoice> choice = world_.selector->select(receiver, u_light);
-    if (!choice || !context_.options.caustic_paths->takes_light(choice->light) ||
-        !world_.lights.illuminates(choice->light, receiver.link))
+    DirectLight::ChosenLight chosen;
+    if (!direct_.choose(path, receiver, chosen) ||
+        !context_.options.caustic_paths->takes_light(chosen.choice.light))
         return false;
-    const std::optional<lights::LightSample> light =
-        world_.lights.sample(choice->light, point.p, sampler.get_2d(0, Purpose::LightSurface), {});
-    if (!light || is_black(light->Le)) return false;
+    const auto& [choice, light, links] = chosen;
 
     if (keeps_interior(world_))
         path.interior =
-            world_.interior_at(geometry::offset_ray_origin(point, light->wi), point.time);
+            world_.interior_at(geometry::offset_ray_origin(point, light.wi), point.time);
     const Interior outside = path.interior;
-    photon.group = world_.lights.group(choice->light);
-    photon.path.beta = light->Le * float(double(presence) * double(world_.camera.exposure_scale()) /
-                                         (double(choice->pmf) * double(light->pdf) * start->pdf));
-    photon.path_radiance = light->Le;
-    photon.light_pdf = light->is_delta ? 0.0f : choice->pmf * light->pdf;
+    photon.group = world_.lights.group(choice.light);
+    photon.path.beta = light.Le * float(double(presence) * double(world_.camera.exposure_scale()) /
+                                        (double(choice.pmf) * double(light.pdf) * start->pdf));
+    photon.path_radiance = light.Le;
+    photon.light_pdf = light.is_delta ? 0.0f : choice.pmf * light.pdf;
     // What arrives is counted per area across the light; see scatter()
-    photon.arriving = photon.path.beta * std::abs(point.ng.dot(light->wi));
-    if (!scatter(photon, point, nullptr, light->wi, true)) return false;
+    photon.arriving = photon.path.beta * std::abs(point.ng.dot(light.wi));
+    if (!scatter(photon, point, nullptr, light.wi, true)) return false;
 
     // Light leaves from where a camera path would
     const std::optional<geometry::SurfacePoint> moved =
         leaving_point(world_, point, path.ray.d, path.counts->shadow);
-    const Rgb visible = direct_.visibility(path, moved ? *moved : point, outside, *light, nullptr);
+    const Rgb visible = direct_.visibility(path, moved ? *moved : point, outside, light, nullptr);
     path.beta *= visible;
     if (is_black(path.beta)) return false;
     photon.begun_with = max_component(path.beta);
