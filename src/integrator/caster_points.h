@@ -28,7 +28,7 @@ struct CasterNumbers {
 /// Primitives have no map from the unit square to their surface that keeps areas. A line that is
 /// uniform among those through a ball around the primitive enters a convex one at a point that is
 /// uniform over its surface (Cauchy-Crofton; Santaló 1976, "Integral Geometry and Geometric
-/// Probability", section 14.3); half of the others miss it, which is a sample without value.
+/// Probability", section 14.3). A line that misses it is a sample without value.
 class CasterPoints {
   public:
     CasterPoints(const World& world, std::vector<double> material_weights)
@@ -52,18 +52,17 @@ class CasterPoints {
                                       float time) const;
 
   private:
-    std::optional<CasterPoint> triangle_point(const CasterShapes::Caster& caster,
-                                              const geometry::TriangleMesh& mesh,
-                                              uint32_t triangle,
-                                              const Mat4d& render_from_shape,
-                                              const CasterNumbers& numbers,
-                                              float time) const;
-    std::optional<CasterPoint> primitive_point(const CasterShapes::Caster& caster,
-                                               const geometry::PrimitiveSet& primitives,
-                                               uint32_t primitive,
-                                               const Mat4d& render_from_shape,
-                                               const CasterNumbers& numbers,
-                                               float time) const;
+    /// A triangle or a primitive where it stands at a time.
+    struct Piece {
+        const geometry::TriangleMesh& mesh;
+        geometry::Hit hit;  ///< of it; where is still to be filled in
+        Mat4d render_from_shape;
+        float time = 0;
+    };
+
+    std::optional<CasterPoint> triangle_point(Piece piece, const CasterNumbers& numbers) const;
+    std::optional<CasterPoint> primitive_point(Piece piece, const CasterNumbers& numbers) const;
+    geometry::SurfacePoint point_at(const Piece& piece, const Vec3d& o, const Vec3d& d) const;
 
     const World& world_;
     CasterShapes shapes_;
