@@ -3,13 +3,12 @@
 
 #include "base/tasks.h"
 #include "integrator/light_image.h"
-#include "integrator/work_rate.h"
+#include "integrator/render_progress.h"
 #include "scene/effect_calls.h"
 #include "statistics/image_change.h"
 
 #include <algorithm>
 #include <bit>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <mutex>
@@ -18,12 +17,6 @@
 namespace velatura::integrator {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /// Pixel rectangles of whole film tiles, so that no two tasks touch one film tile.
 std::vector<film::Window> make_tiles(const film::Window& w, int tile_size) {
@@ -37,119 +30,6 @@ std::vector<film::Window> make_tiles(const film::Window& w, int tile_size) {
     }
     return tiles;
 }
-
-/// Work of one render: counts what is done and tells the callback.
-class Progress {
-  public:
-    Progress(const film::Film& film, const RenderOptions& options, const RenderCallbacks& callbacks)
-        : callbacks_(callbacks),
-          options_(options),
-          pixels_(double(film.window().pixel_count())),
-          samples_total_(pixels_ * double(options.end_sample - options.first_sample)),
-          start_(Clock::now()) {
-        const film::Window& w = film.window();
-        for (int y = w.y0; y < w.y1; ++y) {
-            for (int x = w.x0; x < w.x1; ++x)
-                samples_ += double(film.next_sample(x, y) - film.sums().record(x, y).first);
-        }
-        samples_before_ = samples_;
-    }
-
-    /// Pilot samples that come on top of those of the film.
-    void set_pilot_samples(double count) { pilot_total_ = count; }
-
-    /// All samples that the film will have, those that it came with included.
-    void set_samples(double count) {
-        std::lock_guard lock(mutex_);
-        samples_total_ = count;
-    }
-
-    void add(double samples, double pilot_samples, const RayCounts& counts) {
-        std::lock_guard lock(mutex_);
-        samples_ += samples;
-        pilot_done_ += pilot_samples;
-        rays_ += counts;
-        rate_.add(elapsed_s(), work());
-        report();
-    }
-
-    void set_error(double error,
-                   bool is_upper,
-                   bool is_lower,
-                   std::optional<statistics::ErrorForecast> forecast) {
-        std::lock_guard lock(mutex_);
-        error_ = error;
-        is_upper_error_ = is_upper;
-        is_lower_error_ = is_lower;
-        forecast_ = forecast;
-        report();
-    }
-
-    double elapsed_s() const { return seconds_since(start_); }
-
-    RayCounts rays() const {
-        std::lock_guard lock(mutex_);
-        return rays_;
-    }
-
-  private:
-    /// Pixel samples that this run traced.
-    double work() const { return samples_ - samples_before_ + pilot_done_; }
-
-    /// Pixel samples of this run that end it, as far as that is known.
-    std::optional<double> expected_work() const {
-        std::optional<double> samples;
-        if (!options_.is_open_ended) samples = samples_total_;
-        if (options_.target_error > 0 && forecast_ && forecast_->target == options_.target_error) {
-            if (forecast_->kind == statistics::ErrorForecast::Kind::Known)
-                samples = std::min(samples_total_, forecast_->samples * pixels_);
-            if (forecast_->kind == statistics::ErrorForecast::Kind::Reached) samples = samples_;
-        }
-        if (!samples) return std::nullopt;
-        return std::max(*samples, samples_) - samples_before_ + pilot_total_;
-    }
-
-    void report() {
-        if (!callbacks_.progress) return;
-        RenderState state;
-        state.samples_per_pixel = samples_ / pixels_;
-        state.elapsed_s = elapsed_s();
-        if (const std::optional<double> all = expected_work()) {
-            // What the film came with counts as done, but says nothing of the time
-            const double done = samples_before_ + work();
-            fraction_ = std::max(fraction_, std::min(1.0, done / (samples_before_ + *all)));
-            state.left_s = rate_.seconds_for(*all - work(), 0.25 * pixels_);
-        }
-        if (options_.time_budget_s > 0) {
-            const double left_s = std::max(0.0, options_.time_budget_s - state.elapsed_s);
-            fraction_ =
-                std::max(fraction_, std::min(1.0, state.elapsed_s / options_.time_budget_s));
-            state.left_s = std::min(state.left_s.value_or(left_s), left_s);
-        }
-        state.fraction = fraction_;
-        state.error = error_;
-        state.is_upper_error = is_upper_error_;
-        state.is_lower_error = is_lower_error_;
-        state.forecast = forecast_;
-        state.rays = rays_;
-        callbacks_.progress(state);
-    }
-
-    const RenderCallbacks& callbacks_;
-    RenderOptions options_;
-    mutable std::mutex mutex_;
-    double pixels_, samples_total_;
-    double samples_ = 0;         ///< of the film
-    double samples_before_ = 0;  ///< that it came with
-    double pilot_total_ = 0, pilot_done_ = 0;
-    double fraction_ = 0;  ///< never goes back
-    WorkRate rate_;
-    Clock::time_point start_;
-    std::optional<double> error_;
-    bool is_upper_error_ = false, is_lower_error_ = false;
-    std::optional<statistics::ErrorForecast> forecast_;
-    RayCounts rays_;
-};
 
 class Runner {
   public:
@@ -194,7 +74,7 @@ class Runner {
         return is_set(callbacks_.stop) || is_set(callbacks_.give_up);
     }
 
-    Progress& progress() { return progress_; }
+    RenderProgress& progress() { return progress_; }
 
     /// What the image says of its error when it has the samples at the indices below `end`;
     /// nothing unless that is a power of two.
@@ -429,7 +309,7 @@ class Runner {
     const SampleFunction& sample_;
     const RenderCallbacks& callbacks_;
     std::vector<film::Window> tiles_;
-    Progress progress_;
+    RenderProgress progress_;
     uint64_t first_sample_, end_sample_;
     std::optional<PilotNoise>
         pilot_;  ///< until the rates are known; none when sampling is not adaptive
