@@ -4,6 +4,7 @@
 #include "app/frame_settings.h"
 #include "app/render_layers.h"
 #include "base/tasks.h"
+#include "integrator/light_image.h"
 
 #include <fmt/format.h>
 
@@ -157,6 +158,26 @@ void warn_of_many_channels(const RenderJob& job,
                     count, max_host_channels, text));
 }
 
+namespace {
+
+/// Whether light tracing is used is known after the trial paths only.
+uint64_t splat_bytes(const RenderJob& job, const FrameInput& input) {
+    using integrator::Caustics;
+    const Caustics caustics = job.settings.caustics;
+    if ((caustics != Caustics::Light && caustics != Caustics::Auto) ||
+        !integrator::CausticPaths::can_exist(input.scene))
+        return 0;
+    const scene::RenderSettings& s = input.scene.settings;
+    const double photons =
+        integrator::LightEmission().photons_per_pixel * double(s.width) * double(s.height);
+    return integrator::LightImage::expected_bytes(
+        uint64_t(data_window(s, job.arguments.crop).pixel_count()), uint64_t(photons),
+        sampling::PixelFilter(job.settings.tracer.filter).radius(),
+        !layers_of(job, input.scene).path_layers.empty(), job.settings.schedule.end_sample);
+}
+
+}  // namespace
+
 ImageNeeds image_needs(const RenderJob& job, const FrameInput& input) {
     ImageNeeds needs;
     needs.files = {expected_file(job, input)};
@@ -165,6 +186,7 @@ ImageNeeds image_needs(const RenderJob& job, const FrameInput& input) {
     const uint64_t sums =
         accumulate::SampleSums::expected_bytes(window, layers_of(job, input.scene)) * nodes_of(job);
     needs.film_bytes = sums + (job.settings.deep ? film::DeepFilm::expected_bytes(window) : 0);
+    needs.splat_bytes = splat_bytes(job, input);
     needs.writing_bytes = writing_bytes(
         needs.files.front().max_bytes + (keeps_sums(job) ? sums : 0), window.height());
     return needs;

@@ -20,7 +20,8 @@ struct ImageNeeds {
     };
 
     std::vector<File> files;
-    uint64_t film_bytes = 0;  ///< expected, with all samples, of layers that have light everywhere
+    uint64_t film_bytes = 0;   ///< expected, with all samples, of layers that have light everywhere
+    uint64_t splat_bytes = 0;  ///< expected, of light tracing where it may be used
     uint64_t writing_bytes = 0;  ///< expected, beside the film, while it is written
 };
 

@@ -28,6 +28,7 @@ std::string MemoryNeeds::text() const {
     std::string text = fmt::format("{}: {} program, scene and BVH, {} film, {} writing the image",
                                    format_bytes(total()), format_bytes(now), format_bytes(film),
                                    format_bytes(writing));
+    if (splats > 0) text += fmt::format(", {} light tracing", format_bytes(splats));
     if (textures > 0) text += fmt::format(", {} textures", format_bytes(textures));
     return text;
 }
@@ -40,13 +41,14 @@ MemoryNeeds expected_memory(const RenderJob& job,
     MemoryNeeds needs;
     needs.now = resident_bytes();
     needs.film = rest_of(image.film_bytes, film_bytes);
+    needs.splats = image.splat_bytes;
     needs.writing = image.writing_bytes;
     needs.textures = std::min(textures.whole_bytes(), textures.memory_bytes());
     return needs;
 }
 
 size_t MemoryNeeds::min() const {
-    return now + film / 4 + writing / 2 + std::min(textures, min_cache);
+    return now + film / 4 + splats / 4 + writing / 2 + std::min(textures, min_cache);
 }
 
 void allot_textures(const shading::TextureCache& textures, MemoryNeeds& needs) {

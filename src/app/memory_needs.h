@@ -18,10 +18,11 @@ struct MemoryNeeds {
     size_t now = 0;  ///< program, scene and tree, as they are
     size_t film =
         0;  ///< sums of the pixels that are not there yet, of layers that have light everywhere
+    size_t splats = 0;    ///< of light tracing, while some passes of it are in use
     size_t writing = 0;   ///< the image as it will be stored, on its way to the file and back
     size_t textures = 0;  ///< tiles, as many as their cache may hold
 
-    size_t total() const { return now + film + writing + textures; }
+    size_t total() const { return now + film + splats + writing + textures; }
 
     /// Of layers that have light in few places, and with a small texture cache.
     size_t min() const;

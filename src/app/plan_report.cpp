@@ -156,6 +156,7 @@ json needs_json(const PlanNeeds& needs) {
     j["memory_bytes"] = {{"geometry", needs.geometry_bytes},
                          {"accelerator_expected", needs.accelerator_bytes},
                          {"film_expected", needs.film_bytes},
+                         {"light_tracing_expected", needs.splat_bytes},
                          {"writing_expected", needs.writing_bytes},
                          {"volumes", needs.volume_bytes}};
     j["files"] = json::array();
@@ -205,6 +206,9 @@ std::string needs_text(const PlanNeeds& needs) {
         bytes_text(needs.geometry_bytes), needs.triangles, needs.instances,
         bytes_text(needs.accelerator_bytes), bytes_text(needs.film_bytes),
         bytes_text(needs.writing_bytes));
+    if (needs.splat_bytes > 0)
+        text += fmt::format("        at most about {} for light tracing, if it is used\n",
+                            bytes_text(needs.splat_bytes));
     if (needs.volume_bytes > 0)
         text += fmt::format("        {} volume grids\n", bytes_text(needs.volume_bytes));
     if (needs.is_before_refinement)
@@ -240,6 +244,7 @@ PlanNeeds plan_needs(const RenderJob& job, const FrameInput& input, Diagnostics&
     const ImageNeeds image = image_needs(job, input);
     needs.files = image.files;
     needs.film_bytes = image.film_bytes;
+    needs.splat_bytes = image.splat_bytes;
     needs.writing_bytes = image.writing_bytes;
     return needs;
 }

@@ -28,6 +28,7 @@ struct PlanNeeds {
     uint64_t geometry_bytes = 0;     ///< as it will be
     uint64_t accelerator_bytes = 0;  ///< expected
     uint64_t film_bytes = 0;         ///< expected
+    uint64_t splat_bytes = 0;        ///< expected, of light tracing if it is used
     uint64_t writing_bytes = 0;      ///< expected, while the image is written
     uint64_t volume_bytes = 0;       ///< grids, which are read before the plan
     uint64_t triangles = 0, instances = 0;

@@ -17,10 +17,31 @@ constexpr uint64_t chunk_size = 8192;
 /// Passes of a run end at multiples of this: the samples of a pixel ask for groups of so many.
 constexpr uint64_t run_alignment = 8;
 
+/// Scatterings of a path of light tracing, about.
+constexpr uint64_t usual_bounces = 3;
+
+/// What a pass takes if half of its photons are seen.
+uint64_t bytes_per_pass(uint64_t pixels,
+                        uint64_t photons,
+                        float filter_radius,
+                        bool has_path_layers) {
+    const double width = 2.0 * double(filter_radius);
+    const uint64_t events = has_path_layers ? usual_bounces * sizeof(film::EventShares) : 0;
+    return pixels * sizeof(uint32_t) +
+           uint64_t(0.5 * double(photons) *
+                    (double(sizeof(Splat) + events) + width * width * sizeof(uint32_t)));
+}
+
 }  // namespace
 
 LightImage::LightImage(const LightTracer& tracer, const film::Window& window)
-    : tracer_(tracer), window_(window), filter_(tracer.filter()) {}
+    : tracer_(tracer),
+      window_(window),
+      filter_(tracer.filter()),
+      bytes_per_pass_(bytes_per_pass(uint64_t(window.pixel_count()),
+                                     tracer.photons_per_pass(),
+                                     tracer.filter().radius(),
+                                     tracer.has_path_layers())) {}
 
 template <class Visit>
 void LightImage::for_each_pixel(const Splat& splat, const Visit& visit) const {
@@ -39,16 +60,15 @@ void LightImage::for_each_pixel(const Splat& splat, const Visit& visit) const {
             visit(size_t(y - window_.y0) * size_t(window_.width()) + size_t(x - window_.x0));
 }
 
-/// By what a pass takes if half of its photons are seen.
-uint64_t LightImage::bytes_per_pass() const {
-    const double width = 2.0 * double(filter_.radius());
-    return uint64_t(window_.pixel_count()) * sizeof(uint32_t) +
-           uint64_t(0.5 * double(tracer_.photons_per_pass()) *
-                    (double(sizeof(Splat)) + width * width * sizeof(uint32_t)));
+uint64_t LightImage::expected_bytes(
+    uint64_t pixels, uint64_t photons, float filter_radius, bool has_path_layers, uint64_t passes) {
+    const uint64_t per_pass = bytes_per_pass(pixels, photons, filter_radius, has_path_layers);
+    const uint64_t at_once = std::max(max_bytes / per_pass, run_alignment);
+    return per_pass * std::min(at_once, passes);
 }
 
 uint64_t LightImage::end_of_run(uint64_t begin, uint64_t end) const {
-    const uint64_t count = std::max<uint64_t>(max_bytes / bytes_per_pass(), run_alignment);
+    const uint64_t count = std::max<uint64_t>(max_bytes / bytes_per_pass_, run_alignment);
     return std::min(end, (begin + count) / run_alignment * run_alignment);
 }
 

@@ -32,6 +32,16 @@ class LightImage {
     /// Args: passes: those traced last.
     void add(int x, int y, const LightPasses& passes, film::SampleRadiance& out) const;
 
+    /// Memory of the splats of a run [bytes], about: max_bytes, or 8 passes where these take more.
+    /// Args: pixels: of the window; photons: per pass; filter_radius [px]; has_path_layers: layers
+    /// by
+    ///       light path expressions; passes: of the whole render.
+    static uint64_t expected_bytes(uint64_t pixels,
+                                   uint64_t photons,
+                                   float filter_radius,
+                                   bool has_path_layers,
+                                   uint64_t passes);
+
     static constexpr uint64_t max_bytes = uint64_t(256) << 20;
 
   private:
@@ -45,11 +55,11 @@ class LightImage {
     void sort(Pass& pass) const;
     template <class Visit>
     void for_each_pixel(const Splat& splat, const Visit& visit) const;
-    uint64_t bytes_per_pass() const;
 
     const LightTracer& tracer_;
     film::Window window_;
     const sampling::PixelFilter& filter_;
+    uint64_t bytes_per_pass_;
     uint64_t begin_ = 0;
     std::vector<Pass> passes_;  // [pass − begin_]
 };

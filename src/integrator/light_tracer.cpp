@@ -73,7 +73,7 @@ LightTracer::LightTracer(const World& world,
     : context_(world, layers, options),
       world_(world),
       direct_(context_),
-      wants_events_(!layers.path_layers.empty()),
+      has_path_layers_(!layers.path_layers.empty()),
       casters_(std::span<const double>(emission.caster_weights)) {
     VELATURA_CHECK(options.caustic_paths != nullptr, "light tracing finds paths of a class");
     const scene::RenderSettings& s = world.scene.settings;
@@ -236,11 +236,11 @@ void LightTracer::connect(Photon& photon,
     target.distance = to_camera->distance;
     radiance *= direct_.visibility(path, point, interior, target, nullptr);
     if (is_black(radiance)) return;
-    if (wants_events_) photon.events.push_back(events_of(value));
+    if (has_path_layers_) photon.events.push_back(events_of(value));
     const Rgb path_value =
         photon.path_radiance * value.f() * (bsdf.cosine(wi) / std::max(value.pdf, 1e-12f));
     splat(photon, at, radiance, luminance(path_value));
-    if (wants_events_) photon.events.pop_back();
+    if (has_path_layers_) photon.events.pop_back();
 }
 
 void LightTracer::splat(Photon& photon,
@@ -256,7 +256,7 @@ void LightTracer::splat(Photon& photon,
     s.bounce = uint16_t(photon.path.bounce + 1);
     s.events = uint32_t(out.events.size());
     out.splats.push_back(s);
-    if (wants_events_)
+    if (has_path_layers_)
         out.events.insert(out.events.end(), photon.events.rbegin(), photon.events.rend());
 }
 
@@ -313,7 +313,7 @@ bool LightTracer::scatter(Photon& photon,
     path.beta = photon.arriving * weight;
     if (is_black(path.beta)) return false;
     if (keeps_interior(world_)) cross(world_, crossing, point, wi, wo, path.interior);
-    if (wants_events_) photon.events.push_back(events);
+    if (has_path_layers_) photon.events.push_back(events);
     ++path.bounce;
     path.pass_count = 0;
     path.ray = geometry::spawn_ray(point, wo);

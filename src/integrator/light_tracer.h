@@ -61,6 +61,9 @@ class LightTracer {
     /// Photons of one pass, for the whole image.
     uint64_t photons_per_pass() const { return photons_per_pass_; }
 
+    /// Layers tell paths apart: splats have their events.
+    bool has_path_layers() const { return has_path_layers_; }
+
     const sampling::PixelFilter& filter() const { return context_.filter; }
 
     /// Traces photons [first, end) of a pass. Each counts as if it were alone: the image of a pass
@@ -103,7 +106,7 @@ class LightTracer {
     TracerContext context_;
     const World& world_;
     DirectLight direct_;
-    bool wants_events_;
+    bool has_path_layers_;
     sampling::Distribution1D casters_;  // empty: their own choice
     uint64_t photons_per_pass_;
 };
