@@ -61,6 +61,7 @@ void add_memory_stats(const MemoryNeeds& needs, nlohmann::ordered_json& memory) 
     if (MemoryLimit::is_set()) memory["limit"] = MemoryLimit::allowed();
     memory["before_first_sample"] = needs.now;
     memory["textures_expected"] = needs.textures;
+    memory["light_tracing_expected"] = needs.splats;
     memory["writing_expected"] = needs.writing;
     memory["peak_expected"] = needs.total();
 }

@@ -11,7 +11,7 @@ namespace velatura::integrator {
 
 struct PathTracerOptions;
 
-/// The paths that light tracing finds, and that camera paths leave out.
+/// The paths that light tracing finds and that camera paths skip.
 ///
 /// Of all paths light … camera these are the ones that scatter at surfaces alone, twice or more:
 /// first, as seen from the camera, by a wide lobe (see shading::narrow_lobe_alpha); last by a

@@ -22,7 +22,7 @@ namespace velatura::integrator {
 
 /// How light that comes by perfect mirrors and smooth interfaces is found.
 enum class Caustics : uint8_t {
-    Path,         ///< by paths that meet the light by chance
+    Path,         ///< by path tracing alone
     Manifold,     ///< by solving for the chain that joins a vertex and a point of the light
     SmallLights,  ///< Manifold for lights so small that paths seldom meet them, Path for the others
     Light,        ///< by light tracing, see LightTracer

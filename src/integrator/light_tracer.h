@@ -39,7 +39,7 @@ struct LightEmission {
 };
 
 /// Light tracing: paths that begin at lights and are connected to the camera. Finds caustics that
-/// are seen directly, which paths from the camera meet by chance only: the paths of
+/// are seen directly, which camera paths meet at random only: the paths of
 /// PathTracerOptions::caustic_paths.
 ///
 /// A photon begins at a point of a caster, by area, lit by a light that is sampled from there; it

@@ -13,7 +13,8 @@ struct RayCounts {
     uint64_t camera = 0;
     uint64_t indirect = 0;
     uint64_t shadow = 0;
-    uint64_t caustic = 0;  ///< segments of specular chains that are solved for, see CausticSampler
+    uint64_t caustic = 0;  ///< segments of photons, see LightTracer, and of specular chains that
+                           ///< are solved for, see CausticSampler
     uint64_t in_branches = 0;  ///< of these four: by paths after they had divided
     uint64_t paths = 0;
     uint64_t depth_limited = 0;  ///< paths cut by hard_depth_limit

@@ -36,7 +36,7 @@ struct PathTracerOptions {
     const MatteIds* mattes =
         nullptr;        ///< says whose each sample is, must outlive the tracer; null = nobody asks
     bool deep = false;  ///< says how far away each sample is, see SampleRadiance::cover
-    /// What light tracing finds and camera paths leave out; must outlive the tracer; null =
+    /// What light tracing finds and camera paths skip; must outlive the tracer; null =
     /// nothing.
     const CausticPaths* caustic_paths = nullptr;
     const CausticSampler* caustics =

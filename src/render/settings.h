@@ -33,7 +33,7 @@ struct Settings {
     integrator::WorldOptions world = {};
 
     integrator::Guiding guiding = integrator::Guiding::Auto;
-    integrator::Caustics caustics = integrator::Caustics::Path;
+    integrator::Caustics caustics = integrator::Caustics::Auto;
     bool splits = true;  ///< path splitting where the prepass finds that it lowers the error
     std::optional<film::DeepOptions> deep = {};  ///< a deep image as well
 

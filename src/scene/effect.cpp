@@ -59,7 +59,7 @@ constexpr std::array<EffectInfo, effect_count> table = {{
     {Effect::Roulette, Estimator, "roulette", "Russian roulette tests"},
     {Effect::Guiding, Estimator, "guiding", "vertices with path guiding"},
     {Effect::Splitting, Estimator, "splitting", "paths divided"},
-    {Effect::CausticSearch, Estimator, "caustic-search", "specular chains searched"},
+    {Effect::CausticSearch, Estimator, "caustic-search", "photons, or specular chains searched"},
     {Effect::AdaptiveSampling, Estimator, "adaptive-sampling", "pilot samples"},
     {Effect::BounceLayers, Output, "bounce-layers", ""},
     {Effect::LightLayers, Output, "light-layers", ""},
