@@ -54,9 +54,14 @@ class FrameRenderer {
             reject_frame(job_, needs, unread_textures(renderer_.world()), diagnostics_);
         if (refused != Done) return refused;
         renderer_.learn(&StopSignals::stop_flag());
-        if (job_.replay)
+        if (job_.replay) {
+            if (renderer_.light_tracer())
+                diagnostics_.note("caustics", {}, {},
+                                  "--replay traces the camera path alone; the sample also has "
+                                  "caustics by light tracing");
             return replay_sample(renderer_.tracer(), renderer_.layers(), input_.scene,
                                  *job_.replay);
+        }
         if (const int code = check_what_was_learned(); code != Done) return code;
         MemoryWatch memory(textures, needs.writing);
         FrameWriter writer(job_, input_, renderer_, settings_, top_ups_, memory);
