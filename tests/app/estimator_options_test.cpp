@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 namespace velatura::test {
 
@@ -116,6 +117,35 @@ TEST_F(EstimatorOptions, EachChangesTheImageAndCannotBeMergedWithAnother) {
         render(std::string("--samples 4:8 -o rest.exr ") + other);
         EXPECT_EQ(w.comp("merge usual.exr rest.exr -o both.exr").exit_code, 5) << other;
     }
+}
+
+/// What is requested is used, or a warning states why it is not.
+TEST_F(EstimatorOptions, LightTracingIsUsedOrAWarningStatesWhyNot) {
+    const std::string how = "render s.usda --res 24 16 --spp 2 --progress none -o o.exr ";
+    EXPECT_NE(w.velatura(how + "--caustics light").output.find("caustics by light tracing"),
+              std::string::npos);
+    EXPECT_NE(w.velatura(how + "--caustics light --replay 3,4,0").output.find("camera path alone"),
+              std::string::npos);
+    const std::string by_light = w.velatura(how + "--caustics light --integrator nee").output;
+    EXPECT_NE(by_light.find("--caustics light: light tracing is not used"), std::string::npos)
+        << by_light;
+    w.write("s.usda", small_scene());
+    const std::string nothing = w.velatura(how + "--caustics light").output;
+    EXPECT_NE(nothing.find("no glass, mirror or glossy surface"), std::string::npos) << nothing;
+}
+
+TEST_F(EstimatorOptions, PlansCountTheSplatsOfLightTracing) {
+    const auto splats = [this](const std::string& arguments) {
+        const std::string plan =
+            w.velatura("plan s.usda --json -q --res 400 300 " + arguments).output;
+        return nlohmann::json::parse(plan)["needs"]["memory_bytes"]["light_tracing_expected"]
+            .get<uint64_t>();
+    };
+    EXPECT_EQ(splats("--caustics path"), 0u);
+    const uint64_t usual = splats(""), by_expressions = splats("--lpe 'all=C.*L'");
+    EXPECT_GT(usual, 0u);
+    EXPECT_GE(by_expressions, usual);
+    EXPECT_LE(usual, uint64_t(256) << 20);
 }
 
 TEST_F(EstimatorOptions, GlobalAreaIsAreaOfLightsChosenByArea) {
