@@ -56,7 +56,7 @@ class FrameRenderer {
         renderer_.learn(&StopSignals::stop_flag());
         if (job_.replay) {
             if (renderer_.light_tracer())
-                diagnostics_.note("caustics", {}, {},
+                diagnostics_.warn("caustics", {}, {},
                                   "--replay traces the camera path alone; the sample also has "
                                   "caustics by light tracing");
             return replay_sample(renderer_.tracer(), renderer_.layers(), input_.scene,

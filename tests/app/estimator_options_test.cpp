@@ -121,11 +121,13 @@ TEST_F(EstimatorOptions, EachChangesTheImageAndCannotBeMergedWithAnother) {
 
 /// What is requested is used, or a warning states why it is not.
 TEST_F(EstimatorOptions, LightTracingIsUsedOrAWarningStatesWhyNot) {
-    const std::string how = "render s.usda --res 24 16 --spp 2 --progress none -o o.exr ";
-    EXPECT_NE(w.velatura(how + "--caustics light").output.find("caustics by light tracing"),
+    const std::string sizes = "render s.usda --res 24 16 --spp 2 ",
+                      how = sizes + "--progress none -o o.exr ";
+    EXPECT_NE(w.velatura(how + "-v --caustics light").output.find("caustics by light tracing"),
               std::string::npos);
-    EXPECT_NE(w.velatura(how + "--caustics light --replay 3,4,0").output.find("camera path alone"),
-              std::string::npos);
+    EXPECT_NE(
+        w.velatura(sizes + "--caustics light --replay 3,4,0").output.find("camera path alone"),
+        std::string::npos);
     const std::string by_light = w.velatura(how + "--caustics light --integrator nee").output;
     EXPECT_NE(by_light.find("--caustics light: light tracing is not used"), std::string::npos)
         << by_light;
