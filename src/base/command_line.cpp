@@ -703,6 +703,31 @@ std::vector<DeclaredOption> CommandLine::declared_options() const {
     return declared;
 }
 
+std::vector<OptionShape> CommandLine::option_shapes() const {
+    std::vector<OptionShape> shapes;
+    const auto add = [&](const CLI::App& app) {
+        for (const CLI::Option* const option : app.get_options()) {
+            const bool is_everywhere = option == app.get_help_ptr() ||
+                                       option == app.get_help_all_ptr() ||
+                                       option == app.get_version_ptr();
+            const bool overwrites = std::any_of(
+                declarations_->overwrite_flags.begin(), declarations_->overwrite_flags.end(),
+                [&](const auto& flag) { return flag.second == option; });
+            if (is_hidden(*option) || is_everywhere || overwrites || option->get_lnames().empty())
+                continue;
+            const auto help = declarations_->help.find(option);
+            shapes.push_back({option->get_lnames().front(), option->get_items_expected_max() == 0,
+                              help != declarations_->help.end() && help->second.is_repeatable,
+                              option->get_items_expected_min()});
+        }
+    };
+    add(*owned_);
+    for (const CLI::App* const group :
+         owned_->get_subcommands([](const CLI::App* sub) { return sub->get_name().empty(); }))
+        add(*group);
+    return shapes;
+}
+
 std::string CommandLine::name() const {
     return owned_->get_name();
 }

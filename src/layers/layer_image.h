@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accumulate/sample_sums.h"
+#include "base/result.h"
+#include "image/image.h"
+#include "layers/layer_file.h"
+
+namespace velatura::layers {
+
+/// The content of a file of light layers in memory.
+struct LayerImage {
+    image::Image image;  ///< pixels at their stored precision, with all attributes
+    WriteReport report;  ///< without files
+};
+
+/// What write_layer_file() writes, checked. Errors: "closure-failed", "verify-failed",
+/// "no-samples", "sums-folded".
+Result<LayerImage> make_layer_image(const accumulate::SampleSums& sums, const FileInfo& info);
+
+}  // namespace velatura::layers
