@@ -159,7 +159,8 @@ int FrameRenderer::finish() {
             is_short_of_memory_,
             keeps_sums(job_) ? "any pixel had a sample" : "every pixel had a sample", diagnostics_);
     if (!is_stopped()) writer_->set_finished();
-    broken_ = integrator::broken_promises(input_.plan, result_.rays.effects);
+    if (control_.owns_process)
+        broken_ = integrator::broken_promises(input_.plan, result_.rays.effects);
     if (int code = Done; !input_.output.empty() && !write_files(code)) return code;
     const std::optional<ImageError> of_image = error();
     warn_of_lower_bound(of_image, !result_.curve.is_empty() && result_.curve.is_rare(), renderer_,

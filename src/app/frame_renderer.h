@@ -28,6 +28,9 @@ struct FrameControl {
     std::function<bool()> snapshot_requested = {};  ///< asked between passes
     /// Called often, from any rendering thread but one at a time.
     std::function<void(const integrator::RenderState&)> progress = {};
+    /// False: other renders of the process use the same threads, which count the calls of effects
+    /// together; whether the plan was kept is then not checked.
+    bool owns_process = true;
 };
 
 /// One frame from its scene to its files, step by step: prepare(), render(), finish(). Where

@@ -74,6 +74,9 @@ const std::map<std::string, std::set<std::string>>& tier_table() {
         {"app", with({"plugin", "import", "usd/layer", "usd/text", "usd/crate", "usd/package",
                       "usd/materialx", "usd/compose", "usd/stage", "translate", "integrator",
                       "render", "selftest", "study", "base/process"})},
+        {"python",
+         with({"app", "plugin", "render", "translate", "integrator", "usd/layer", "usd/stage",
+               "compositor/io", "compositor/look", "compositor/mix", "compositor/noise"})},
         {"compositor/io", room_of_compositor({})},
         {"compositor/look", room_of_compositor({"io"})},
         {"compositor/mix", room_of_compositor({"io", "look"})},
@@ -118,6 +121,7 @@ const std::vector<Library>& library_table() {
         {"nanovdb/", {"plugins/volume/"}},
         {"embree3/", {"plugins/embree/"}},
         {"stb/", {"src/canvas/", "src/study/"}},
+        {"pybind11/", {"src/python/"}},
     };
     return table;
 }
