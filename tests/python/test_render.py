@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 import gc
+import json
 import os
 import re
 import signal
@@ -279,9 +280,17 @@ def test_a_hundred_renders_leak_nothing(scene):
 
 
 def test_plan_is_that_of_the_command(scene, command):
-    import json
     expected = json.loads(command("velatura", "plan", scene, "--json", *words_of(SMALL)))
     assert velatura.plan(scene, **SMALL) == expected
+
+
+def test_a_study_is_read_as_a_dict(scene, tmp_path, command):
+    command("velatura", "study", scene, "-o", tmp_path / "study", "--res", 16, 12, "--spp", 2, "--time", "3s", "--rounds", 2,
+            "--knobs", "sampler", "--progress", "none", "-q")
+    report = velatura.read_study(tmp_path / "study")
+    assert report == json.loads((tmp_path / "study/report.json").read_text()) and len(report) > 3
+    with pytest.raises(velatura.Error, match="report.json"):
+        velatura.read_study(tmp_path)
 
 
 def test_errors_have_their_place(tmp_path):

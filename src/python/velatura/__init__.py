@@ -6,12 +6,15 @@
     frame.layers["b1"]          # direct light, a NumPy array [height, width, channel]
     frame.write("shot.exr")     # the file that `velatura render` writes
 """
+import json
+import pathlib
+
 from . import _native
 from ._native import (Attribute, Diagnostic, Frame, Layers, Look, Prim, Progress, Renderer, Stage,
                       __version__)
 
 __all__ = ["Attribute", "Cancelled", "Diagnostic", "Error", "Frame", "Layers", "Look", "Prim", "Progress", "Renderer", "Stage",
-           "UsageError", "__version__", "plan", "render", "render_options"]
+           "UsageError", "__version__", "plan", "read_study", "render", "render_options"]
 
 
 class Error(Exception):
@@ -48,6 +51,15 @@ def render(scene, *, progress=None, **options):
 def plan(scene, **options):
     """Effects, plugins, memory and files of a render with these options: `velatura plan --json` as a dict."""
     return Renderer(scene, **options).plan
+
+
+def read_study(folder):
+    """The report of `velatura study -o FOLDER` as a dict. Raises Error."""
+    path = pathlib.Path(folder) / "report.json"
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as why:
+        raise Error(f"cannot read {path}: {why}") from why
 
 
 def render_options():
