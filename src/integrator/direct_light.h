@@ -178,7 +178,7 @@ inline void DirectLight::deposit_visible(Path& path,
     const bool has_rival =
         context_.options.estimator.light_sampling == LightSampling::Mis && !light.is_delta;
     const float weight =
-        has_rival ? sampling::balance_heuristic(light_pdf, directions.pdf(light.wi, value.pdf))
+        has_rival ? sampling::power_heuristic(light_pdf, directions.pdf(light.wi, value.pdf))
                   : 1.0f;
     const Rgb Ld = path.beta * f * light.Le * (bsdf.cosine(light.wi) * weight / light_pdf);
     if (is_black(Ld)) return;

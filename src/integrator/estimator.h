@@ -7,7 +7,7 @@ namespace velatura::integrator {
 
 /// Who looks for the lights that a vertex sees. All have the same mean (Veach 1997, chapter 9).
 enum class LightSampling : uint8_t {
-    Mis,    ///< light and BSDF sampling, weighed by the balance heuristic
+    Mis,    ///< light and BSDF sampling, weighed by the power heuristic
     Light,  ///< light sampling alone; lights met by BSDF sampling do not count, but behind delta
             ///< lobes
     Bsdf,   ///< BSDF sampling alone; lights without extent, which it cannot meet, are still sampled

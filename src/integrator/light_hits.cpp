@@ -26,7 +26,7 @@ float LightHits::light_hit_weight(const Path& path, const lights::LightHit& hit)
                           ? world_.lights.pdf(hit.light, path.receiver.p, path.ray.d)
                           : hit.pdf;
     const float light_pdf = world_.selector->pmf(path.receiver, hit.light) * pdf;
-    return sampling::balance_heuristic(path.scatter_pdf, light_pdf);
+    return sampling::power_heuristic(path.scatter_pdf, light_pdf);
 }
 
 float LightHits::surface_hit_weight(const Path& path, const geometry::SurfacePoint& point) const {
@@ -37,7 +37,7 @@ float LightHits::surface_hit_weight(const Path& path, const geometry::SurfacePoi
     if (context_.options.estimator.light_sampling != LightSampling::Mis) return 0.0f;
     const float light_pdf = world_.selector->pmf(path.receiver, *light) *
                             world_.lights.surface_pdf(*light, path.receiver.p, point.p);
-    return sampling::balance_heuristic(path.scatter_pdf, light_pdf);
+    return sampling::power_heuristic(path.scatter_pdf, light_pdf);
 }
 
 Rgb LightHits::light_factor(const Path& path, const lights::LobeMultipliers& multipliers) const {

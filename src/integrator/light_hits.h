@@ -13,7 +13,7 @@ namespace velatura::integrator {
 
 /// Lights that a path finds by going where it goes: those that its segments cross, surfaces that
 /// emit, and, of lights with links (docs/adr/0021), those that shine on some geometry only or whose
-/// shadows some geometry casts. Weighed against light sampling by the balance heuristic.
+/// shadows some geometry casts. Weighed against light sampling by the power heuristic.
 class LightHits {
   public:
     explicit LightHits(const TracerContext& context) : context_(context), world_(context.world) {}

@@ -6,6 +6,7 @@
 #include "integrator/pass_through.h"
 #include "integrator/path_events.h"
 #include "integrator/specular_chain.h"
+#include "sampling/mis.h"
 #include "scene/effect_calls.h"
 
 #include <algorithm>
@@ -306,7 +307,8 @@ bool LightTracer::scatter(Photon& photon,
         if (is_first) value = from_camera.narrow_part(value);
         if (!(across_wi * max_correction > from_camera.cosine(wi))) return false;
         weight = value.f() * (from_camera.cosine(wi) / across_wi * across_wo / sample->pdf);
-        const float path_pdf = value.pdf + (is_first ? photon.light_pdf : 0.0f);
+        const float path_pdf =
+            sampling::power_heuristic_density(value.pdf, is_first ? photon.light_pdf : 0.0f);
         photon.path_radiance *= value.f() * (from_camera.cosine(wi) / std::max(path_pdf, 1e-12f));
         events = events_of(value);
     }

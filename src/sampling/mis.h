@@ -26,4 +26,14 @@ inline float power_heuristic(float pdf, float other) {
     return (ratio * ratio) / (1.0f + ratio * ratio);
 }
 
+/// Density p for which f² / p is what one sample of each strategy, weighted by the power heuristic,
+/// adds to the second moment at a point of value f: (pdf² + other²)² / (pdf³ + other³). At most
+/// pdf + other, which is that of the balance heuristic.
+inline float power_heuristic_density(float pdf, float other) {
+    const float larger = pdf > other ? pdf : other;
+    if (!(larger > 0.0f)) return 0.0f;
+    const float ratio = (pdf > other ? other : pdf) / larger, squared = ratio * ratio;
+    return larger * ((1.0f + squared) * (1.0f + squared) / (1.0f + squared * ratio));
+}
+
 }  // namespace velatura::sampling

@@ -43,8 +43,19 @@ TEST(Mis, AgreesWithTheTextbook) {
         for (const double b : {0.02, 0.3, 2.0, 90.0}) {
             EXPECT_NEAR(double(balance_heuristic(float(a), float(b))), a / (a + b), 2e-7);
             EXPECT_NEAR(double(power_heuristic(float(a), float(b))), a * a / (a * a + b * b), 3e-7);
+            // Of f = 1: each strategy adds weight² / density
+            const double w = a * a / (a * a + b * b), moment = w * w / a + (1 - w) * (1 - w) / b;
+            EXPECT_NEAR(double(power_heuristic_density(float(a), float(b))) * moment, 1, 1e-6);
         }
     }
+}
+
+TEST(Mis, TheDensityOfBothStrategiesIsFinite) {
+    EXPECT_EQ(power_heuristic_density(0.0f, 0.0f), 0.0f);
+    EXPECT_EQ(power_heuristic_density(0.0f, 3.0f), 3.0f);
+    EXPECT_EQ(power_heuristic_density(3.0f, 0.0f), 3.0f);
+    EXPECT_EQ(power_heuristic_density(2.0f, 2.0f), 4.0f);
+    EXPECT_EQ(power_heuristic_density(1e-38f, 1e30f), 1e30f);
 }
 
 }  // namespace
