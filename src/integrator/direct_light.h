@@ -34,8 +34,14 @@ class DirectLight {
     /// Of a surface.
     void add(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
 
-    /// Chooses a light and a direction towards it; false when none arrives there.
-    bool choose(const Path& path, const lights::Receiver& receiver, ChosenLight& chosen) const;
+    /// The number in [0, 1) that chooses the light at the path's vertex.
+    double light_number(const Path& path) const;
+
+    /// Chooses a light by its number and a direction towards it; false when none arrives there.
+    bool choose(const Path& path,
+                const lights::Receiver& receiver,
+                double u_light,
+                ChosenLight& chosen) const;
 
     /// Calls give(const ChosenLight&) for what the light sampling strategy samples from a point.
     template <class Give>
@@ -89,9 +95,7 @@ class DirectLight {
     const World& world_;
 };
 
-inline bool DirectLight::choose(const Path& path,
-                                const lights::Receiver& receiver,
-                                ChosenLight& chosen) const {
+inline double DirectLight::light_number(const Path& path) const {
     double u_light = 0.0;
     if (world_.chooses_lights) {
         scene::count_call(scene::Effect::LightSelection);
@@ -101,6 +105,13 @@ inline bool DirectLight::choose(const Path& path,
     if (world_.has_very_many_lights)
         u_light += 0x1p-32 * path.sampler.get_1d_fine(
                                  path.bounce, sampling::Purpose::LightSelectFine, path.pass_count);
+    return u_light;
+}
+
+inline bool DirectLight::choose(const Path& path,
+                                const lights::Receiver& receiver,
+                                double u_light,
+                                ChosenLight& chosen) const {
     const std::optional<lights::LightChoice> choice = world_.selector->select(receiver, u_light);
     if (!choice) return false;
     chosen.choice = *choice;
@@ -262,7 +273,7 @@ void DirectLight::for_each_sample(const Path& path,
         if (along.pdf > 0.0f) for_each_light_along(path, from, receiver, along, give);
     }
     ChosenLight chosen;
-    if (!choose(path, receiver, chosen)) return;
+    if (!choose(path, receiver, light_number(path), chosen)) return;
     if (is_left_to_bsdf_sampling(strategy) && !chosen.light.is_delta) return;
     give(chosen);
 }

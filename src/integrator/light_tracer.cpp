@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <span>
 
 namespace velatura::integrator {
 
@@ -44,6 +43,10 @@ sampling::PixelSampler sampler_of(const PathTracerOptions& options,
             index & 0xffffffffu, kind};
 }
 
+float below_one(double u) {
+    return std::min(float(u), 0x1.fffffep-1f);
+}
+
 }  // namespace
 
 /// A light path on its way.
@@ -60,7 +63,7 @@ struct LightTracer::Photon {
     /// over the density of each scattering. The first one competes with light sampling.
     Rgb path_radiance = Rgb(0.0f);
     float light_pdf = 0;
-    uint32_t caster = scene::none;  ///< where it began
+    Beginning beginning;
     const film::Window* window = nullptr;
     float reach = 0;
     Splats* out = nullptr;
@@ -75,7 +78,7 @@ LightTracer::LightTracer(const World& world,
       world_(world),
       direct_(context_),
       has_path_layers_(!layers.path_layers.empty()),
-      casters_(std::span<const double>(emission.caster_weights)) {
+      warp_(emission.warp) {
     VELATURA_CHECK(options.caustic_paths != nullptr, "light tracing finds paths of a class");
     const scene::RenderSettings& s = world.scene.settings;
     photons_per_pass_ = std::max<uint64_t>(
@@ -92,39 +95,49 @@ void LightTracer::trace(uint64_t pass,
     for (uint64_t i = first; i < end; ++i) trace(pass, i, window, reach, out, counts);
 }
 
-uint32_t LightTracer::trace(uint64_t pass,
-                            uint64_t i,
-                            const film::Window& window,
-                            float reach,
-                            Splats& out,
-                            RayCounts& counts) const {
+LightTracer::Beginning LightTracer::trace(uint64_t pass,
+                                          uint64_t i,
+                                          const film::Window& window,
+                                          float reach,
+                                          Splats& out,
+                                          RayCounts& counts) const {
     Photon photon(sampler_of(context_.options, photons_per_pass_, pass, i), counts);
     photon.window = &window;
     photon.reach = reach;
     photon.out = &out;
     scene::count_call(scene::Effect::CausticSearch);
+    sample_beginning(photon);
     if (begin(photon)) follow(photon);
-    return photon.caster;
+    return photon.beginning;
+}
+
+void LightTracer::sample_beginning(Photon& photon) const {
+    const sampling::PixelSampler& sampler = photon.path.sampler;
+    const Vec2 point = sampler.get_2d(0, Purpose::ManifoldPoint),
+               direction = sampler.get_2d(0, Purpose::ManifoldSeed);
+    photon.beginning.u = {sampler.get_1d(0, Purpose::ManifoldCaster),
+                          sampler.get_1d(0, Purpose::ManifoldTriangle),
+                          point.x,
+                          point.y,
+                          direction.x,
+                          direction.y,
+                          direct_.light_number(photon.path),
+                          sampler.get_1d(0, Purpose::BsdfLobe)};
+    photon.beginning.density = warp_.warp(photon.beginning.u);
 }
 
 std::optional<CasterPoint> LightTracer::sample_caster(Photon& photon) const {
-    const sampling::PixelSampler& sampler = photon.path.sampler;
-    const float time = world_.has_motion
-                           ? world_.camera.shutter_time(sampler.get_1d(0, Purpose::ShutterTime))
-                           : 0.0f;
+    const float time =
+        world_.has_motion
+            ? world_.camera.shutter_time(photon.path.sampler.get_1d(0, Purpose::ShutterTime))
+            : 0.0f;
     const CasterPoints& points = context_.options.caustic_paths->casters();
-    const sampling::Distribution1D& choice =
-        casters_.size() > 0 ? casters_ : points.shapes().choice();
-    const sampling::Distribution1D::Sample chosen =
-        choice.sample(sampler.get_1d(0, Purpose::ManifoldCaster));
+    const auto u = [&](size_t i) { return below_one(photon.beginning.u[i]); };
+    const sampling::Distribution1D::Sample chosen = points.shapes().choice().sample(u(0));
     if (!(chosen.pmf > 0.0)) return std::nullopt;
-    photon.caster = uint32_t(chosen.index);
-    CasterNumbers numbers;
-    numbers.u_piece = sampler.get_1d(0, Purpose::ManifoldTriangle);
-    numbers.u_point = sampler.get_2d(0, Purpose::ManifoldPoint);
-    numbers.u_direction = sampler.get_2d(0, Purpose::ManifoldSeed);
-    std::optional<CasterPoint> out = points.sample(photon.caster, numbers, time);
-    if (out) out->pdf *= chosen.pmf;
+    std::optional<CasterPoint> out =
+        points.sample(uint32_t(chosen.index), {u(1), {u(2), u(3)}, {u(4), u(5)}}, time);
+    if (out) out->pdf *= chosen.pmf * photon.beginning.density;
     return out;
 }
 
@@ -142,7 +155,7 @@ bool LightTracer::begin(Photon& photon) const {
     if (world_.has_light_links)
         receiver.link = scene::link_class(world_.scene, point.instance, point.shape);
     DirectLight::ChosenLight chosen;
-    if (!direct_.choose(path, receiver, chosen) ||
+    if (!direct_.choose(path, receiver, photon.beginning.u[6], chosen) ||
         !context_.options.caustic_paths->takes_light(chosen.choice.light))
         return false;
     const auto& [choice, light, links] = chosen;
@@ -273,7 +286,9 @@ bool LightTracer::scatter(Photon& photon,
     const shading::Bsdf from_light =
         world_.materials.make_bsdf(point, wi, path.cone_width, surrounding_index);
     const std::optional<shading::BsdfSample> sample = from_light.sample_f(
-        wi, path.sampler.get_1d(path.bounce, Purpose::BsdfLobe, path.pass_count),
+        wi,
+        is_first ? below_one(photon.beginning.u[7])
+                 : path.sampler.get_1d(path.bounce, Purpose::BsdfLobe, path.pass_count),
         path.sampler.get_2d(path.bounce, Purpose::BsdfDirection, path.pass_count));
     if (!sample || !(sample->pdf > 0.0f) || from_light.is_hair()) return false;
     const Vec3& wo = sample->wi;

@@ -7,6 +7,7 @@
 #include "integrator/direct_light.h"
 #include "integrator/path.h"
 #include "integrator/tracer_context.h"
+#include "sampling/kd_warp.h"
 
 #include <cstdint>
 #include <optional>
@@ -34,8 +35,8 @@ struct Splats {
 
 /// Where photons begin, and how many there are.
 struct LightEmission {
-    std::vector<double> caster_weights;  ///< [caster]; empty: CasterShapes::choice()
-    double photons_per_pixel = 0.5;      ///< of the image, in each pass
+    sampling::KdWarp warp;           ///< of the numbers that photons begin with
+    double photons_per_pixel = 0.5;  ///< of the image, in each pass
 };
 
 /// Light tracing: paths that begin at lights and are connected to the camera. Finds caustics that
@@ -43,7 +44,8 @@ struct LightEmission {
 /// PathTracerOptions::caustic_paths.
 ///
 /// A photon begins at a point of a caster, by area, lit by a light that is sampled from there; it
-/// leaves by a narrow lobe, and each later wide lobe is connected to the camera.
+/// leaves by a narrow lobe, and each later wide lobe is connected to the camera. The random numbers
+/// that choose caster, point, light and lobe are warped by what was learned.
 /// Random numbers: a function of seed, pass and photon. Passes of even and of odd numbers know
 /// nothing of each other, so that half images stay independent.
 /// Ref: Arvo 1986, "Backward Ray Tracing"; Veach 1997, section 5.3 (shading normals of light paths)
@@ -77,18 +79,25 @@ class LightTracer {
                Splats& out,
                RayCounts& counts) const;
 
-    /// The same of one photon. Returns: the caster at which it began, as an index into
-    /// CasterShapes::casters(); none: nowhere.
-    uint32_t trace(uint64_t pass,
-                   uint64_t photon,
-                   const film::Window& window,
-                   float reach,
-                   Splats& out,
-                   RayCounts& counts) const;
+    /// Random numbers that a photon begins with: of the caster, the piece of it, the point and
+    /// direction there (CasterNumbers), the light, and the lobe.
+    struct Beginning {
+        sampling::KdWarp::Point u{};  ///< warped
+        double density = 1;           ///< of u
+    };
+
+    /// The same of one photon.
+    Beginning trace(uint64_t pass,
+                    uint64_t photon,
+                    const film::Window& window,
+                    float reach,
+                    Splats& out,
+                    RayCounts& counts) const;
 
   private:
     struct Photon;
 
+    void sample_beginning(Photon& photon) const;
     std::optional<CasterPoint> sample_caster(Photon& photon) const;
     bool begin(Photon& photon) const;
     void follow(Photon& photon) const;
@@ -107,7 +116,7 @@ class LightTracer {
     const World& world_;
     DirectLight direct_;
     bool has_path_layers_;
-    sampling::Distribution1D casters_;  // empty: their own choice
+    sampling::KdWarp warp_;
     uint64_t photons_per_pass_;
 };
 

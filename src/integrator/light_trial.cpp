@@ -31,8 +31,6 @@ constexpr double min_gain = 1.02;
 constexpr double max_path_value = 1e12;
 /// Caustics of less than this share of the image's light are left to paths.
 constexpr double min_share = 1e-3;
-/// Share of photons that begin as if nothing had been learned.
-constexpr double unlearned_share = 0.25;
 /// Rays that a sample and a photon cost beside those that they trace.
 constexpr double sample_overhead = 1.0, photon_overhead = 0.5;
 
@@ -67,9 +65,12 @@ struct Grid {
 /// What camera paths bring to the pixel of a cell; luminances of one sample.
 struct Cell {
     double mean = 0, variance = 0;
-
-    double weight() const { return 1.0 / (mean * mean + 0.01); }
 };
+
+/// Of a squared error where the image is so bright.
+double error_weight(double luminance) {
+    return 1.0 / (luminance * luminance + 0.01);
+}
 
 class Trial {
   public:
@@ -94,8 +95,9 @@ class Trial {
         for (const RayCounts& c : counts) path_rays_ += c;
     }
 
-    /// Photons of a round. Returns: the error that photons of each caster cause.
-    std::vector<double> trace_photons(const LightEmission& emission, uint64_t round) {
+    /// Photons of a round. Returns: the error that each causes.
+    std::vector<sampling::KdWarp::Sample> trace_photons(const LightEmission& emission,
+                                                        uint64_t round) {
         light_.assign(grid_.count(), {});
         PathTracerOptions options = options_;
         options.seed = hash_combine(options_.seed, round);
@@ -110,24 +112,26 @@ class Trial {
         });
         // In the order of the photons, so that the result does not depend on the threads
         light_rays_ = {};
-        std::vector<double> error(options_.caustic_paths->casters().shapes().casters().size());
-        std::vector<double> count(error.size());
         for (const Round& r : rounds) {
             light_rays_ += r.rays;
             for (const Event& e : r.events) {
-                if (e.caster != scene::none) {
-                    error[e.caster] += e.error;
-                    count[e.caster] += 1.0;
-                    continue;
-                }
                 light_[e.cell].sum += e.value;
                 light_[e.cell].sum2 += e.value * e.value;
                 light_[e.cell].by_paths += e.value * e.path_value;
             }
         }
-        for (size_t c = 0; c < error.size(); ++c)
-            error[c] = count[c] > 0.0 ? std::sqrt(error[c] / count[c]) : 0.0;
-        return error;
+        std::vector<sampling::KdWarp::Sample> begun;
+        begun.reserve(photons);
+        for (const Round& r : rounds) {
+            const size_t first = begun.size();
+            begun.insert(begun.end(), r.begun.begin(), r.begun.end());
+            for (const Event& e : r.events) {
+                sampling::KdWarp::Sample& sample = begun[first + e.photon];
+                const double value = e.value * sample.density;
+                sample.square += value * value * error_weight(mean_luminance(e.cell));
+            }
+        }
+        return begun;
     }
 
     LightTrial result(LightEmission emission) const {
@@ -138,11 +142,8 @@ class Trial {
         double light = 0, all_light = 0;
         for (size_t i = 0; i < cells_.size(); ++i) {
             const Cell& cell = cells_[i];
-            const auto per_pixel = [&](double sum) {
-                return sum / photons / grid_.pixels_per_cell();
-            };
-            const double mean = per_pixel(light_[i].sum), all = cell.mean + mean;
-            const double weight = 1.0 / (all * all + 0.01) / n;
+            const double mean = per_pixel(light_[i].sum), all = mean_luminance(i);
+            const double weight = error_weight(all) / n;
             out.other_error += cell.variance * weight;
             out.path_error += per_pixel(light_[i].by_paths) * weight;
             out.light_error += filter_square * per_pixel(light_[i].sum2) / pixels * weight;
@@ -168,16 +169,16 @@ class Trial {
     }
 
   private:
-    /// Light of a cell, or the error that a photon of a caster causes.
+    /// Light of a cell.
     struct Event {
         size_t cell = 0;
+        size_t photon = 0;  ///< of the task
         double value = 0, path_value = 0;
-        uint32_t caster = scene::none;
-        double error = 0;
     };
 
     struct Round {
         std::vector<Event> events;
+        std::vector<sampling::KdWarp::Sample> begun;  // one of each photon
         RayCounts rays;
     };
 
@@ -185,6 +186,16 @@ class Trial {
         double sum = 0, sum2 = 0;
         double by_paths = 0;  ///< second moment of camera paths that find the same light
     };
+
+    /// Of a sum over photons.
+    double per_pixel(double sum) const {
+        return sum / double(photon_count()) / grid_.pixels_per_cell();
+    }
+
+    /// Of camera paths and photons.
+    double mean_luminance(size_t cell) const {
+        return cells_[cell].mean + per_pixel(light_[cell].sum);
+    }
 
     uint64_t photon_count() const { return photons_per_cell * grid_.count(); }
 
@@ -212,19 +223,17 @@ class Trial {
         Splats splats;
         for (uint64_t i = first; i < end; ++i) {
             splats.splats.clear();
-            const uint32_t caster = tracer.trace(0, i, image, 0.0f, splats, out.rays);
-            if (caster == scene::none) continue;
-            double error = 0;
+            const LightTracer::Beginning begun = tracer.trace(0, i, image, 0.0f, splats, out.rays);
             for (const Splat& s : splats.splats) {
                 size_t cell = 0;
                 const double value = double(luminance(s.radiance));
                 if (!std::isfinite(value) || !std::isfinite(s.path_value) ||
                     !grid_.find(s.film_point, cell))
                     continue;
-                out.events.push_back({cell, value, std::min(double(s.path_value), max_path_value)});
-                error += value * value * cells_[cell].weight();
+                out.events.push_back({cell, out.begun.size(), value,
+                                      std::min(double(s.path_value), max_path_value)});
             }
-            out.events.push_back({0, 0.0, 0.0, caster, error});
+            out.begun.push_back({begun.u, begun.density, 0.0});
         }
     }
 
@@ -253,17 +262,13 @@ class Trial {
     RayCounts path_rays_, light_rays_;
 };
 
-/// Chances of casters in proportion to what was learned, and in part to what they were before.
-LightEmission learned(const CausticPaths& paths, const std::vector<double>& errors) {
-    const sampling::Distribution1D& before = paths.casters().shapes().choice();
-    double sum = 0;
-    for (size_t c = 0; c < errors.size(); ++c) sum += errors[c];
-    LightEmission out;
-    for (size_t c = 0; c < errors.size(); ++c)
-        out.caster_weights.push_back(sum > 0.0 ? unlearned_share * before.pmf(c) +
-                                                     (1.0 - unlearned_share) * errors[c] / sum
-                                               : before.pmf(c));
-    return out;
+/// What both rounds teach; each has as many photons, and the first was uniform.
+sampling::KdWarp learned(std::vector<sampling::KdWarp::Sample> uniform,
+                         const std::vector<sampling::KdWarp::Sample>& warped,
+                         const sampling::KdWarp& warp) {
+    uniform.insert(uniform.end(), warped.begin(), warped.end());
+    for (sampling::KdWarp::Sample& s : uniform) s.density = 0.5 * (1.0 + warp.density(s.u));
+    return sampling::KdWarp(uniform);
 }
 
 }  // namespace
@@ -279,9 +284,10 @@ LightTrial try_light_tracing(const World& world,
     const auto start = std::chrono::steady_clock::now();
     Trial trial(world, options, stop);
     trial.trace_paths();
-    const std::vector<double> errors = trial.trace_photons({}, 0);
-    LightEmission emission = learned(*options.caustic_paths, errors);
-    trial.trace_photons(emission, 1);
+    const std::vector<sampling::KdWarp::Sample> uniform = trial.trace_photons({}, 0);
+    LightEmission emission{sampling::KdWarp(uniform)};
+    const std::vector<sampling::KdWarp::Sample> warped = trial.trace_photons(emission, 1);
+    emission.warp = learned(uniform, warped, emission.warp);
     LightTrial out;
     if (!trial.is_stopped()) out = trial.result(std::move(emission));
     out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

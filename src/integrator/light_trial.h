@@ -26,12 +26,12 @@ struct LightTrial {
 std::string text_of(const LightTrial& trial);
 
 /// Trial that finds whether light tracing lowers the error at equal render time, how many photons
-/// are best, and which casters they should begin at.
+/// are best, and where they should begin.
 ///
 /// Camera paths: 16 samples each of up to 64 × 64 pixels, without the light of CausticPaths.
-/// Photons: two rounds of 32 for each of these pixels; the first distributes the second over the
-/// casters, in proportion to the root of the mean squared error that a photon of each causes. They
-/// also tell the error of camera paths that find the same light, which is too rare for a trial:
+/// Photons: two rounds of 32 for each of these pixels. The first teaches which numbers the second
+/// begins with, both teach the render, by the squared error that each photon causes. They also tell
+/// the error of camera paths that find the same light, which is too rare for a trial:
 /// the second moment ∫ c² / p of paths of contribution c and density p is the mean over photons of
 /// their splats times c / p.
 /// With the errors V of all else and v of a photon per pixel, and costs C and c in rays, f photons
