@@ -11,7 +11,9 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace velatura::compositor::cli {
@@ -23,7 +25,7 @@ struct ExportOptions {
     std::string program, output, file;
     // Of the page
     std::string layers, display, view;
-    double max_size_mb = 25;
+    std::optional<double> max_size_mb;
 
     const std::string& input() const { return inputs[0]; }
 
@@ -62,7 +64,7 @@ std::string title_of(const std::string& path) {
 
 int write_page(const ExportOptions& o, const LayerStack& stack, const Look& look) {
     exports::WebOptions options;
-    options.max_bytes = size_t(o.max_size_mb * 1e6);
+    if (o.max_size_mb) options.max_bytes = size_t(*o.max_size_mb * 1e6);
     options.layers = o.layers;
     options.title = title_of(stack.path());
     const auto page = exports::web_page(stack, look, options);
@@ -74,9 +76,10 @@ int write_page(const ExportOptions& o, const LayerStack& stack, const Look& look
     const bool is_scaled = page->width != frame.width() || page->height != frame.height();
     fmt::print("{}: {:.1f} MB, {} layers at {}x{}{}; colors by {}\n", o.output,
                double(page->html.size()) / 1e6, page->layers, page->width, page->height,
-               is_scaled ? fmt::format(", scaled down from {}x{} to stay within --max-size {:g} MB",
-                                       frame.width(), frame.height(), o.max_size_mb)
-                         : "",
+               is_scaled
+                   ? fmt::format(", scaled down from {}x{} to stay within --max-size {:g} MB",
+                                 frame.width(), frame.height(), double(options.max_bytes) / 1e6)
+                   : "",
                page->display);
     fmt::print(
         "faders at 0: {:.3f} % of the 8-bit values are those of the render{}; largest "
@@ -93,6 +96,7 @@ Result<void> check_options(const ExportOptions& o) {
             return Error{"bad-output", "--file is for scripts: a page holds the image itself"};
         return {};
     }
+    if (o.max_size_mb) return Error{"bad-output", "--max-size is for `export web`"};
     for (const auto& [name, value] :
          {std::pair("--layers", o.layers), {"--display", o.display}, {"--view", o.view}}) {
         if (!value.empty())
@@ -171,7 +175,8 @@ void add_export_command(Command& app, std::function<int()>& run) {
     Command page = command.add_group("Page (web)");
     page.add_option("--max-size", o->max_size_mb,
                     "Size of the file in MB, beyond which the image is scaled down")
-        .range(0.1, 1000.0);
+        .range(0.1, 1000.0)
+        .default_text("25");
     page.add_option("--layers", o->layers,
                     "Layers of the faders: matrix (each bounce of each light), light or bounce")
         .one_of({"matrix", "light", "bounce"})
