@@ -5,12 +5,15 @@
 #include "compositor/cli/commands.h"
 #include "compositor/cli/look_command_options.h"
 #include "compositor/exports/export.h"
+#include "compositor/exports/web_page.h"
 
 #include <fmt/format.h>
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace velatura::compositor::cli {
@@ -20,8 +23,13 @@ namespace {
 struct ExportOptions {
     std::vector<std::string> inputs;
     std::string program, output, file;
+    // Of the page
+    std::string layers, display, view;
+    std::optional<double> max_size_mb;
 
     const std::string& input() const { return inputs[0]; }
+
+    bool is_page() const { return program == "web"; }
 
     LookOptions look;
 };
@@ -49,11 +57,63 @@ Result<std::string> layout_file(const ExportOptions& o) {
     return frame_file(o.input(), frames.front());
 }
 
+/// `shot.0012` of `dir/shot.0012.exr`.
+std::string title_of(const std::string& path) {
+    return std::filesystem::path(path).stem().string();
+}
+
+int write_page(const ExportOptions& o, const LayerStack& stack, const Look& look) {
+    exports::WebOptions options;
+    if (o.max_size_mb) options.max_bytes = size_t(*o.max_size_mb * 1e6);
+    options.layers = o.layers;
+    options.title = title_of(stack.path());
+    const auto page = exports::web_page(stack, look, options);
+    if (!page) return report(page.error());
+    for (const std::string& warning : page->warnings) warn(o.input() + ": " + warning);
+    if (const auto written = write_file_atomically(o.output, page->html); !written)
+        return report(written.error());
+    const image::Window& frame = stack.image().display;
+    const bool is_scaled = page->width != frame.width() || page->height != frame.height();
+    fmt::print("{}: {:.1f} MB, {} layers at {}x{}{}; colors by {}\n", o.output,
+               double(page->html.size()) / 1e6, page->layers, page->width, page->height,
+               is_scaled
+                   ? fmt::format(", scaled down from {}x{} to stay within --max-size {:g} MB",
+                                 frame.width(), frame.height(), double(options.max_bytes) / 1e6)
+                   : "",
+               page->display);
+    fmt::print(
+        "faders at 0: {:.3f} % of the 8-bit values are those of the render{}; largest "
+        "difference {} of 255 steps\n",
+        100 * page->equal_share, is_scaled ? " at that size" : "", page->largest_difference);
+    return done;
+}
+
+/// Options that only the page has, or only scripts.
+Result<void> check_options(const ExportOptions& o) {
+    if (o.is_page()) {
+        if (o.output.empty()) return Error{"bad-output", "export web needs -o FILE.html"};
+        if (!o.file.empty())
+            return Error{"bad-output", "--file is for scripts: a page holds the image itself"};
+        return {};
+    }
+    if (o.max_size_mb) return Error{"bad-output", "--max-size is for `export web`"};
+    for (const auto& [name, value] :
+         {std::pair("--layers", o.layers), {"--display", o.display}, {"--view", o.view}}) {
+        if (!value.empty())
+            return Error{"bad-output",
+                         fmt::format("{} is for `export web`: a script reads all layers, and "
+                                     "display transforms are left to the program",
+                                     name)};
+    }
+    return {};
+}
+
 int run_export(const ExportOptions& o) {
+    if (const auto checked = check_options(o); !checked) return report(checked.error());
     if (o.inputs.size() > 1)
         return report(
             {"export-several",
-             fmt::format("a script reads one file; join them first (velatura-comp mix {} {} "
+             fmt::format("an export reads one file; join them first (velatura-comp mix {} {} "
                          "… --with-layers -o all.exr) and export that",
                          o.inputs[0], o.inputs[1])});
     const auto asked = o.look.look_of_frame();
@@ -63,7 +123,10 @@ int run_export(const ExportOptions& o) {
     const auto stack = LayerStack::load(*input, ForeignFiles::Plain);
     if (!stack) return report(stack.error());
     for (const std::string& note : stack->notes()) warn(o.input() + ": " + note);
-    const Look look = o.look.fitted(*stack, *asked);
+    Look look = o.look.fitted(*stack, *asked);
+    if (!o.display.empty()) look.display = o.display;
+    if (!o.view.empty()) look.view = o.view;
+    if (o.is_page()) return write_page(o, *stack, look);
     const auto plan = mix::plan_mix(*stack, look);
     if (!plan) return report(plan.error());
     for (const std::string& note : plan->notes) warn(o.input() + ": " + note);
@@ -82,14 +145,16 @@ int run_export(const ExportOptions& o) {
 void add_export_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<ExportOptions>();
     Command command = app.add_subcommand(
-        "export", "Write a script that rebuilds a mix in Nuke, oiiotool or Blender");
+        "export",
+        "Write a script that rebuilds a mix in Nuke, oiiotool or Blender, or a page with a "
+        "light mixer for web browsers");
     command
         .add_option(
             "program", o->program,
-            "Program: nuke (a group with a knob per fader), oiio (a shell script for oiiotool) "
-            "or blender")
+            "Program: nuke (a group with a knob per fader), oiio (a shell script for oiiotool), "
+            "blender, or web (one HTML file with the layers and a fader per row)")
         .required()
-        .one_of({"nuke", "oiio", "blender"});
+        .one_of({"nuke", "oiio", "blender", "web"});
     command
         .add_option(
             "input", o->inputs,
@@ -97,9 +162,9 @@ void add_export_command(Command& app, std::function<int()>& run) {
             "`mix --with-layers` first")
         .required()
         .reads();
-    command.add_option("-o,--output", o->output, "Script file")
+    command.add_option("-o,--output", o->output, "Script file, or .html file")
         .type_name("FILE")
-        .default_text("print it")
+        .default_text("print the script")
         .writes();
     command
         .add_option("--file", o->file,
@@ -107,8 +172,22 @@ void add_export_command(Command& app, std::function<int()>& run) {
         .type_name("FILE")
         .default_text("the input")
         .reads();
+    Command page = command.add_group("Page (web)");
+    page.add_option("--max-size", o->max_size_mb,
+                    "Size of the file in MB, beyond which the image is scaled down")
+        .range(0.1, 1000.0)
+        .default_text("25");
+    page.add_option("--layers", o->layers,
+                    "Layers of the faders: matrix (each bounce of each light), light or bounce")
+        .one_of({"matrix", "light", "bounce"})
+        .default_text("matrix where it is stored, else light and bounce");
+    page.add_option("--display", o->display, "OpenColorIO display").type_name("NAME");
+    page.add_option("--view", o->view, "OpenColorIO view: ACES, sRGB or Raw in the built-in config")
+        .type_name("NAME");
     o->look.add_to(command);
-    command.example("velatura-comp export nuke shot.exr --gain key=+1st -o mix.nk");
+    command.example(
+        "velatura-comp export nuke shot.exr --gain key=+1st -o mix.nk\n"
+        "velatura-comp export web shot.exr -o shot.html");
     command.callback([&run, o] { run = [o] { return run_export(*o); }; });
 }
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "compositor/look/look_rows.h"
 #include "compositor/window/actions.h"
 #include "compositor/window/autosaved_looks.h"
 #include "compositor/window/history.h"
 #include "compositor/window/image_view.h"
 #include "compositor/window/levels.h"
-#include "compositor/window/look_rows.h"
 #include "compositor/window/matte_pick.h"
 #include "compositor/window/outputs.h"
 #include "compositor/window/recent_files.h"

@@ -12,4 +12,5 @@ find_dependency(CLI11)
 # Debian puts OpenColorIO's CMake files directly into share/cmake, where CMake does not look by itself
 find_dependency(OpenColorIO 2.1 CONFIG PATHS /usr/share/cmake)
 find_dependency(OpenSSL COMPONENTS Crypto)
+find_dependency(ZLIB)
 include(${CMAKE_CURRENT_LIST_DIR}/velatura-targets.cmake)

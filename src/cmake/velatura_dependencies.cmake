@@ -9,6 +9,7 @@ find_package(CLI11 REQUIRED)
 # Debian puts OpenColorIO's CMake files directly into share/cmake, where CMake does not look by itself
 find_package(OpenColorIO 2.1 CONFIG REQUIRED PATHS /usr/share/cmake)
 find_package(OpenSSL REQUIRED COMPONENTS Crypto)
+find_package(ZLIB REQUIRED)
 find_package(Threads REQUIRED)
 # LZ4 has no CMake files of its own
 find_package(PkgConfig REQUIRED)

@@ -2,6 +2,7 @@
 #include "import/gltf_accessors.h"
 
 #include "base/atomic_file.h"
+#include "base/base64.h"
 #include "import/context.h"
 
 #include <fmt/format.h>
@@ -22,43 +23,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-constexpr std::string_view base64_digits =
-    "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-
-std::string from_base64(std::string_view text) {
-    std::array<int8_t, 256> digit_of;
-    digit_of.fill(-1);
-    for (size_t i = 0; i < base64_digits.size(); ++i)
-        digit_of[static_cast<unsigned char>(base64_digits[i])] = int8_t(i);
-    std::string bytes;
-    bytes.reserve(text.size() / 4 * 3);
-    uint32_t bits = 0;
-    int count = 0;
-    for (const char c : text) {
-        const int8_t digit = digit_of[static_cast<unsigned char>(c)];
-        if (digit < 0) break;
-        bits = bits << 6 | uint32_t(digit);
-        count += 6;
-        if (count < 8) continue;
-        count -= 8;
-        bytes += char((bits >> count) & 255);
-    }
-    return bytes;
-}
-
-std::string to_base64(std::string_view bytes) {
-    std::string text;
-    for (size_t i = 0; i < bytes.size(); i += 3) {
-        const size_t n = std::min<size_t>(3, bytes.size() - i);
-        uint32_t bits = 0;
-        for (size_t k = 0; k < 3; ++k)
-            bits = bits << 8 | (k < n ? uint32_t(static_cast<unsigned char>(bytes[i + k])) : 0u);
-        for (size_t k = 0; k < 4; ++k)
-            text += k <= n ? base64_digits[(bits >> (18 - 6 * k)) & 63] : '=';
-    }
-    return text;
-}
 
 /// A number of an object, `fallback` where it is absent; nothing where it is no natural number.
 std::optional<size_t> natural(const json& object, const char* key, std::optional<size_t> fallback) {

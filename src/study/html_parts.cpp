@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study/html_parts.h"
 
+#include "base/base64.h"
 #include "study/plots.h"
 #include "study/png.h"
 #include "study/rows.h"

@@ -4,8 +4,6 @@
 #include "base/check.h"
 #include "image/formats.h"
 
-#include <openssl/evp.h>
-
 #include <algorithm>
 #include <cstdint>
 
@@ -41,15 +39,6 @@ std::string to_png(int width, int height, const std::vector<float>& rgb) {
     const int is_written =
         stbi_write_png_to_func(append, &out, width, height, 3, bytes.data(), 3 * width);
     VELATURA_CHECK(is_written != 0, "an image in memory can be written");
-    return out;
-}
-
-std::string to_base64(const std::string& bytes) {
-    std::string out(4 * ((bytes.size() + 2) / 3) + 1, '\0');
-    const auto* const in = reinterpret_cast<const unsigned char*>(bytes.data());
-    const int length =
-        EVP_EncodeBlock(reinterpret_cast<unsigned char*>(out.data()), in, int(bytes.size()));
-    out.resize(size_t(length));
     return out;
 }
 

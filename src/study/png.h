@@ -9,7 +9,4 @@ namespace velatura::study {
 /// A PNG file of display-referred RGB (image::display_byte), [height][width][3], row 0 = top.
 std::string to_png(int width, int height, const std::vector<float>& rgb);
 
-/// RFC 4648.
-std::string to_base64(const std::string& bytes);
-
 }  // namespace velatura::study

@@ -238,11 +238,4 @@ TEST(Images, ShowTheNoisiestPartInEqualTime) {
     EXPECT_TRUE(hurried.images.empty());
 }
 
-TEST(Base64, IsThatOfRfc4648) {
-    EXPECT_EQ(to_base64(""), "");
-    EXPECT_EQ(to_base64("M"), "TQ==");
-    EXPECT_EQ(to_base64("Ma"), "TWE=");
-    EXPECT_EQ(to_base64("Man"), "TWFu");
-}
-
 }  // namespace velatura::test

@@ -64,6 +64,27 @@ class Cli : public testing::Test {
     }
 };
 
+TEST_F(Cli, ExportWebWritesAPageAndScriptsTakeNoneOfItsOptions) {
+    const std::string page = file("page.html");
+    const Outcome web = comp("export web " + file("whole.exr") + " --view Raw -o " + page);
+    EXPECT_EQ(web.code, 0) << web.output;
+    EXPECT_NE(web.output.find("at 20x17; colors by the numbers as they are"), std::string::npos)
+        << web.output;
+    EXPECT_NE(web.output.find("100.000 %"), std::string::npos) << web.output;
+    const auto html = read_file(page);
+    ASSERT_TRUE(html.has_value());
+    EXPECT_TRUE(html->starts_with("<!doctype html>"));
+    // A page is no text to print, holds its image, and has no mattes
+    EXPECT_EQ(comp("export web " + file("whole.exr")).code, 2);
+    EXPECT_EQ(comp("export web " + file("whole.exr") + " --file a.exr -o " + page).code, 2);
+    EXPECT_EQ(comp("export web " + file("whole.exr") + " --gain moon=2 -o " + page).code, 2);
+    for (const char* option : {"--max-size 3", "--layers light", "--display sRGB", "--view Raw"}) {
+        const Outcome script = comp("export oiio " + file("whole.exr") + " " + option);
+        EXPECT_EQ(script.code, 2) << option;
+        EXPECT_NE(script.output.find("bad-output"), std::string::npos) << script.output;
+    }
+}
+
 TEST_F(Cli, HelpAndUsage) {
     EXPECT_EQ(comp("--help").code, 0);
     const Outcome version = comp("--version");

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/window/history.h"
 
-#include "compositor/window/look_rows.h"
+#include "compositor/look/look_rows.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compositor/window/look_rows.h"
+#include "compositor/look/look_rows.h"
 
 #include "window_stack.h"
 

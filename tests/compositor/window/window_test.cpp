@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The window itself, on a screen without a monitor, moved by mouse and keys.
 #include "base/atomic_file.h"
+#include "compositor/look/look_rows.h"
 #include "compositor/outcome.h"
 #include "compositor/random_exr.h"
-#include "compositor/window/look_rows.h"
 #include "image/exr.h"
 #include "image/formats.h"
 #include "virtual_screen.h"

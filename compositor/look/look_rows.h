@@ -10,7 +10,8 @@
 #include <string_view>
 #include <vector>
 
-namespace velatura::compositor::window {
+namespace velatura::compositor {
+inline namespace look {
 
 /// What the mixer has a row for: targets of controls.
 struct MixerRows {
@@ -94,4 +95,5 @@ bool same_look(const Look& a, const Look& b);
 /// Returns: stops, −∞ for a multiplier of 0; none for anything else, as while it is being typed.
 std::optional<float> stops_of_text(std::string_view text);
 
-}  // namespace velatura::compositor::window
+}  // namespace look
+}  // namespace velatura::compositor

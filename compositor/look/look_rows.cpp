@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compositor/window/look_rows.h"
+#include "compositor/look/look_rows.h"
 
 #include "base/check.h"
 
@@ -9,7 +9,8 @@
 #include <charconv>
 #include <cmath>
 
-namespace velatura::compositor::window {
+namespace velatura::compositor {
+inline namespace look {
 
 namespace {
 
@@ -254,4 +255,5 @@ std::optional<float> stops_of_text(std::string_view text) {
     return value < 0 ? std::nullopt : std::optional(std::log2(value));
 }
 
-}  // namespace velatura::compositor::window
+}  // namespace look
+}  // namespace velatura::compositor
