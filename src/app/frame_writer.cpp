@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "app/frame_writer.h"
-
 #include "app/accuracy.h"
 #include "app/exit_codes.h"
+#include "app/frame_writer.h"
 #include "app/plan_report.h"
 #include "app/stats.h"
 #include "base/atomic_file.h"
@@ -13,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
+#include <chrono>
 #include <filesystem>
 #include <new>
 #include <system_error>
@@ -66,6 +66,23 @@ void add_memory_stats(const MemoryNeeds& needs, nlohmann::ordered_json& memory) 
     memory["peak_expected"] = needs.total();
 }
 
+/// Adds the seconds of its life to a sum.
+class AddedTime {
+  public:
+    explicit AddedTime(double& sum) : sum_(sum) {}
+
+    ~AddedTime() {
+        sum_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    }
+
+    AddedTime(const AddedTime&) = delete;
+    AddedTime& operator=(const AddedTime&) = delete;
+
+  private:
+    double& sum_;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
 std::string name_of(const std::string& path) {
     return std::filesystem::path(path).filename().string();
 }
@@ -97,6 +114,7 @@ Result<layers::WriteReport> FrameWriter::write_once(
 
 Result<layers::WriteReport> FrameWriter::write(const statistics::ErrorCurve& curve,
                                                const std::vector<scene::Effect>& broken) {
+    const AddedTime timer(write_s_);
     if (!memory_.has_plenty_to_write()) image::use_one_exr_thread();
     MemoryLimit::enforce(writing);
     try {
@@ -199,6 +217,7 @@ bool FrameWriter::write_stats(const MemoryNeeds& needs,
         stats["bounces"] = make_bounce_stats(*prepass.bounces, renderer_.layers().last_bounce);
         stats["phases_s"]["bounces"] = prepass.bounces->seconds;
     }
+    stats["phases_s"]["write"] = write_s_;
     add_memory_stats(needs, stats["memory_bytes"]);
     stats["error"]["storage"] = written.storage_error;
     stats["closure"] = {{"family", written.closure_family},

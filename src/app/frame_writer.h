@@ -80,6 +80,7 @@ class FrameWriter {
     const std::string& top_ups_;
     MemoryWatch& memory_;
     bool is_finished_ = false;
+    double write_s_ = 0;  ///< of the image, interim ones included
 };
 
 }  // namespace velatura::app

@@ -68,7 +68,8 @@ same command until it succeeds.
 --resumable makes a finished render resumable. --resume refuses a file of another scene or of
 other settings (exit code 5).
 
-Progress for a scheduler: --progress json, or --progress openjd for Open Job Description.
+Progress for a scheduler: --progress json, or --progress openjd for Open Job Description, which
+ends with openjd_fail and the reason of a failure.
 
 Signals: USR1 writes an interim image. INT and TERM write what is finished, which --resume can
 continue, and stop with exit code 128+n; a second signal, half a second later or more, stops at

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "app/missing_assets.h"
-
 #include "app/exit_codes.h"
+#include "app/failure_line.h"
+#include "app/missing_assets.h"
 #include "app/progress.h"
 #include "base/result.h"
 #include "plugin/registry.h"
@@ -55,13 +55,17 @@ std::string missing_assets_text() {
 int exit_code_with_missing_assets(int code) {
     const bool is_ignored = found().policy == MissingAssets::Ignore;
     const std::vector<Error> plugins = plugin::unavailable_plugins();
-    for (const Error& why : plugins)
-        fmt::print(stderr, "{}: the scene needs a plugin that is not installed: {} [{}]\n",
-                   is_ignored ? "warning" : "error", why.message, why.code);
+    for (const Error& why : plugins) {
+        const std::string text = fmt::format(
+            "the scene needs a plugin that is not installed: {} [{}]", why.message, why.code);
+        fmt::print(stderr, "{}: {}\n", is_ignored ? "warning" : "error", text);
+        if (!is_ignored) note_error(text);
+    }
     if (is_ignored) return code;
     const std::string text = missing_assets_text();
     // Of a command that failed, the messages before this one state what became of the output
     const bool has_result = code == Done || code == TargetMissed || code == CheckFailed;
+    if (!text.empty()) note_error(fmt::format("missing assets: {} [missing-assets]", text));
     if (!text.empty() && has_result)
         fmt::print(stderr,
                    "error: missing assets: {}; the result lacks them; exit code {} "

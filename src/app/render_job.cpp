@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "app/render_job.h"
-
 #include "app/effect_choice.h"
 #include "app/parse_values.h"
+#include "app/render_job.h"
 #include "film/lobe_layers.h"
 #include "usd/stage/path_expression.h"
 
@@ -232,6 +231,11 @@ Result<void> choose_samples(const RenderArguments& a, RenderJob& job) {
     schedule.needs_sure_target = a.requires_target;
     if (!a.samples.empty()) {
         if (a.spp) return usage("--samples and --spp cannot be combined");
+        if (!a.target_error.empty())
+            return usage(
+                "--samples and --target-error cannot be combined: a part has the error of its own "
+                "samples alone; render all parts, and run `velatura-comp noise` on the merged "
+                "file");
         const auto range = parse_sample_range(a.samples);
         if (!range) return usage("--samples: " + range.error().message);
         schedule.first_sample = range->first;

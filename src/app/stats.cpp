@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "app/stats.h"
-
 #include "accumulate/pixel_means.h"
 #include "app/accuracy.h"
+#include "app/build_id.h"
 #include "app/plan_report.h"
 #include "app/progress.h"
+#include "app/stats.h"
 #include "base/process/memory_limit.h"
+#include "base/process/process_times.h"
 #include "base/tasks.h"
 #include "film/truncation.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <unistd.h>
+
+#include <array>
 
 namespace velatura::app {
 
@@ -214,6 +218,21 @@ json make_ledger(const RenderJob& job,
 
 namespace {
 
+std::string host_name() {
+    std::array<char, 256> name{};
+    return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
+}
+
+/// What the frame cost: since the process was started or, of several frames, since the statistics
+/// of the one before.
+json process_json() {
+    static ProcessTimes before;
+    const ProcessTimes now = process_times();
+    const json j = {{"wall", now.wall_s - before.wall_s}, {"cpu", now.cpu_s - before.cpu_s}};
+    before = now;
+    return j;
+}
+
 json samples_json(const film::NoiseEstimate& noise,
                   const integrator::RenderResult& result,
                   const RenderJob& job) {
@@ -254,10 +273,10 @@ json make_stats(const RenderJob& job,
                 const integrator::RenderResult& result) {
     const accel::AcceleratorStats accelerator = world.accelerator->stats();
     json j;
-    j["header"] = {{"schema", "velatura.stats/1"},
-                   {"app", "velatura"},
-                   {"version", VELATURA_VERSION},
-                   {"threads", thread_count()}};
+    j["header"] = {{"schema", "velatura.stats/1"}, {"app", "velatura"},
+                   {"version", VELATURA_VERSION},  {"build", build_id()},
+                   {"host", host_name()},          {"threads", thread_count()}};
+    j["process_s"] = process_json();
     j["scene"] = make_scene_stats(input, world);
     j["phases_s"] = {{"open", input.open_s},
                      {"sync", input.translate_s},
