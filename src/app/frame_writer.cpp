@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "app/frame_writer.h"
+
 #include "app/accuracy.h"
 #include "app/exit_codes.h"
-#include "app/frame_writer.h"
+#include "app/missing_assets.h"
 #include "app/plan_report.h"
 #include "app/stats.h"
 #include "base/atomic_file.h"
 #include "base/process/memory_limit.h"
 #include "image/exr.h"
+#include "layers/stated_stats.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -45,7 +48,7 @@ std::string stats_json(const RenderJob& job,
     stats["guiding"] = make_guiding_stats(prepass.guide);
     stats["splitting"] = make_splitting_stats(prepass.branches);
     if (prepass.roulette) stats["roulette"] = make_roulette_stats(*prepass.roulette);
-    stats["error"] = error_json(image_error(job, renderer.film()));
+    stats["error"] = layers::error_json(image_error(job, renderer.film()));
     stats["ledger"] = make_ledger(job, input, renderer.world(), renderer.film());
     return stats.dump();
 }
@@ -96,14 +99,13 @@ layers::FileInfo FrameWriter::file_info(const statistics::ErrorCurve& curve,
     info.compression = job_.compression;
     info.store_sums = is_finished_ ? keeps_final_sums(job_) : keeps_sums(job_);
     info.scene_hash = fmt::format("{:016x}", input_.content_hash);
-    info.settings_hash = settings_hash(settings_, renderer_.layers(), renderer_.window());
+    info.settings_hash = settings_hash(facts_.settings, renderer_.layers(), renderer_.window());
     info.scene_json = scene_json(input_, info.scene_hash);
     info.stats_json = stats_json(job_, input_, renderer_);
     info.light_values = input_.light_values;
     info.software = fmt::format("velatura {}", VELATURA_VERSION);
     info.plan_json = plan_json(input_.plan, broken).dump();
-    info.settings_json = settings_json(settings_, job_.settings.schedule.first_sample, top_ups_,
-                                       kept_curve(job_, curve));
+    info.settings_json = settings_json(facts_, missing_asset_names(), kept_curve(job_, curve));
     return info;
 }
 

@@ -8,9 +8,12 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
+#include <cstdlib>
+#include <filesystem>
 #include <string>
 
 namespace velatura::test {
@@ -98,6 +101,88 @@ TEST_F(SampleRanges, StatisticsStateWhatARenderCost) {
     // Clocks of the CPU tick up to ten milliseconds late
     EXPECT_GT(cpu, 0);
     EXPECT_LT(cpu, wall * double(stats["header"]["threads"]) + 0.2);
+}
+
+TEST_F(SampleRanges, RatesOfTheFirstPartTakeThePlaceOfThePilot) {
+    render("--samples 0:20 -o a.exr");
+    render("--samples 20:36 --stats own.json -o own.exr");
+    render("--samples 20:36 --rates-from a.exr --stats taken.json -o taken.exr");
+    EXPECT_TRUE(bytes("taken.exr") == bytes("own.exr"));
+    const uint64_t own = Json::parse(bytes("own.json"))["samples"]["total"],
+                   taken = Json::parse(bytes("taken.json"))["samples"]["total"];
+    EXPECT_EQ(own, taken + 16u * 24 * 18);
+    render("--samples 20:36 --rates-from a.exr --mode tile -o tile.exr");
+    EXPECT_TRUE(bytes("tile.exr") == bytes("own.exr"));
+    // And on from a part of it
+    render("--samples 20:24 --rates-from a.exr -o part.exr");
+    render("--samples 20:36 --rates-from a.exr --resume -o part.exr");
+    EXPECT_TRUE(bytes("part.exr") == bytes("own.exr"));
+}
+
+TEST_F(SampleRanges, RatesOfAnotherRenderAreRefused) {
+    render("--samples 0:16 -o short.exr");
+    render("--samples 0:18 --seed 3 -o seed.exr");
+    render("--samples 0:18 --layers none -o layers.exr");
+    render("--samples 0:18 --crop 0 0.5 0 1 -o crop.exr");
+    render("--spp 18 -o plain.exr");
+    const auto expect = [&](int code, const std::string& arguments, const std::string& why) {
+        const CommandResult r = try_render("--progress none " + arguments + " -o no.exr");
+        EXPECT_EQ(r.exit_code, code) << arguments << ": " << r.output;
+        EXPECT_TRUE(has(r.output, why)) << arguments << ": " << r.output;
+        EXPECT_FALSE(w.exists("no.exr"));
+    };
+    const std::string later = "--samples 18:20 --rates-from ";
+    expect(5, later + "short.exr", "has no rates of adaptive sampling");
+    expect(5, later + "seed.exr", "seed was 3, now 0");
+    expect(5, later + "layers.exr", "it stores other light layers");
+    expect(5, later + "crop.exr", "it has the pixels [0, 12) x [0, 18)");
+    expect(5, later + "plain.exr", "it has no sums");
+    expect(5, later + "none.exr", "none.exr");
+    expect(2, "--spp 20 --rates-from seed.exr", "--rates-from needs --samples");
+    expect(2, later + "seed.exr --adaptive off", "cannot be combined");
+}
+
+TEST_F(SampleRanges, SppBoundsTheRange) {
+    render("--spp 8 --samples 4:8 -o a.exr");
+    render("--samples 4:8 -o b.exr");
+    EXPECT_TRUE(bytes("a.exr") == bytes("b.exr"));
+    const CommandResult r = try_render("--spp 8 --samples 4:9 -o no.exr");
+    EXPECT_EQ(r.exit_code, 2);
+    EXPECT_TRUE(has(r.output, "--samples 4:9 reaches beyond --spp 8")) << r.output;
+}
+
+/// Subdivision has a fallback, control meshes, with which hours of rendering are of no use.
+TEST_F(SampleRanges, StrictRendersNothingWithoutAPlugin) {
+    w.write("s.usda", small_scene() + R"(def Mesh "Smooth"
+{
+    int[] faceVertexCounts = [4]
+    int[] faceVertexIndices = [0, 1, 2, 3]
+    point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+    uniform token subdivisionScheme = "catmullClark"
+}
+)");
+    // Plugins are found beside the program's own folder
+    std::filesystem::create_directory(w.path("bin"));
+    std::filesystem::copy_file(std::string(VELATURA_BIN_DIR) + "/velatura", w.path("bin/velatura"));
+    const auto render_alone = [&](const std::string& arguments) {
+        CommandResult r;
+        const std::string line = fmt::format(
+            "cd '{}' && bin/velatura render s.usda --res 8 6 --samples 0:2 {} > out.txt 2>&1",
+            w.path(""), arguments);
+        const int status = std::system(line.c_str());
+        r.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+        r.output = bytes("out.txt");
+        return r;
+    };
+    const CommandResult lax = render_alone("-o lax.exr");
+    EXPECT_EQ(lax.exit_code, 1) << lax.output;
+    EXPECT_EQ(settings_of("lax.exr")["lacks"], Json::array({"plugin subdivision"}));
+    const CommandResult strict = render_alone("--strict --progress openjd -o strict.exr");
+    EXPECT_EQ(strict.exit_code, 1) << strict.output;
+    EXPECT_TRUE(has(strict.output, "plugin subdivision is missing; --strict renders nothing"))
+        << strict.output;
+    EXPECT_TRUE(has(strict.output, "openjd_fail: ")) << strict.output;
+    EXPECT_FALSE(w.exists("strict.exr"));
 }
 
 }  // namespace velatura::test
