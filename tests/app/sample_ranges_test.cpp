@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One frame as several sample ranges, as farms render it: what parts state.
+// One frame as several sample ranges, as farms render it: what parts state, what merge reports.
 #include "base/atomic_file.h"
 #include "command.h"
 #include "image/exr.h"
@@ -15,6 +15,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <string>
+#include <utility>
 
 namespace velatura::test {
 
@@ -39,6 +40,16 @@ class SampleRanges : public testing::Test {
         const Result<std::string> content = read_file(w.path(name));
         EXPECT_TRUE(content.has_value()) << name;
         return content ? *content : std::string();
+    }
+
+    /// Of `merge … --json`, and its exit code.
+    std::pair<int, Json> merge(const std::string& arguments) {
+        const CommandResult r = w.comp("merge --json " + arguments);
+        const size_t begin = r.output.find("{\"schema\":\"velatura.merge/1\"");
+        EXPECT_NE(begin, std::string::npos) << r.output;
+        if (begin == std::string::npos) return {r.exit_code, Json()};
+        const std::string line = r.output.substr(begin, r.output.find('\n', begin) - begin);
+        return {r.exit_code, Json::parse(line, nullptr, false)};
     }
 
     Json settings_of(const std::string& name) {
@@ -101,6 +112,157 @@ TEST_F(SampleRanges, StatisticsStateWhatARenderCost) {
     // Clocks of the CPU tick up to ten milliseconds late
     EXPECT_GT(cpu, 0);
     EXPECT_LT(cpu, wall * double(stats["header"]["threads"]) + 0.2);
+}
+
+/// What a part was to have and whether it has it stands in its header, so that nothing that was
+/// stopped is taken for a whole one.
+TEST_F(SampleRanges, PartsStateTheirRangeAndWhetherTheyAreComplete) {
+    render("--samples 0:20 -o a.exr");
+    EXPECT_EQ(settings_of("a.exr")["part"], Json::parse(R"({"samples":[0,20],"complete":true})"));
+    render("--samples 20:100000 --time 0.05s -o b.exr");
+    EXPECT_EQ(settings_of("b.exr")["part"],
+              Json::parse(R"({"samples":[20,100000],"complete":false})"));
+    render("--spp 8 -o whole.exr");
+    EXPECT_EQ(settings_of("whole.exr")["part"],
+              Json::parse(R"({"samples":[0,8],"complete":true})"));
+    // Budgets that end a render by themselves
+    render("--time 0.05s -o timed.exr");
+    const Json timed = settings_of("timed.exr")["part"];
+    EXPECT_EQ(timed["complete"], true);
+    EXPECT_GT(timed["samples"][1].get<uint64_t>(), 0u);
+
+    const auto [code, refused] = merge("a.exr b.exr -o all.exr");
+    EXPECT_EQ(code, 5);
+    EXPECT_EQ(refused["merged"], false);
+    ASSERT_EQ(refused["faults"].size(), 1u) << refused;
+    EXPECT_EQ(refused["faults"][0]["kind"], "incomplete");
+    EXPECT_EQ(refused["faults"][0]["files"], Json::array({"b.exr"}));
+    EXPECT_EQ(refused["faults"][0]["samples"], Json::array({20, 100000}));
+    EXPECT_FALSE(w.exists("all.exr"));
+
+    const auto [accepted, report] = merge("--incomplete a.exr b.exr -o all.exr --resumable");
+    EXPECT_EQ(accepted, 0) << report;
+    EXPECT_EQ(report["complete"], false);
+    EXPECT_EQ(settings_of("all.exr")["part"],
+              Json::parse(R"({"samples":[0,100000],"complete":false})"));
+    // It goes on where it was stopped, and is a whole one then
+    render("--spp 8 -o first.exr --resumable");
+    render("--spp 12 -o first.exr --resume");
+    EXPECT_EQ(settings_of("first.exr")["part"],
+              Json::parse(R"({"samples":[0,12],"complete":true})"));
+}
+
+TEST_F(SampleRanges, OnlyTheLastPartCanBeIncomplete) {
+    render("--samples 0:100000 --time 0.05s -o a.exr");
+    render("--samples 100000:100002 -o b.exr");
+    const auto [code, report] = merge("--incomplete a.exr b.exr -o all.exr");
+    EXPECT_EQ(code, 5);
+    ASSERT_EQ(report["faults"].size(), 1u) << report;
+    EXPECT_EQ(report["faults"][0]["kind"], "gap");
+    EXPECT_EQ(report["faults"][0]["files"], Json::array({"a.exr"}));
+    EXPECT_TRUE(has(report["faults"][0]["text"], "only the last part can be")) << report;
+}
+
+TEST_F(SampleRanges, MergeChecksTheRangeThatIsExpected) {
+    render("--samples 0:4 -o a.exr");
+    render("--samples 4:8 -o b.exr");
+    render("--samples 12:16 -o d.exr");
+    const auto [code, report] = merge("b.exr a.exr -o all.exr --expect 0:8");
+    EXPECT_EQ(code, 0) << report;
+    EXPECT_EQ(report["samples"], Json::array({0, 8}));
+    EXPECT_EQ(report["complete"], true);
+    EXPECT_EQ(report["sha256"], w.hash("all.exr"));
+    ASSERT_EQ(report["parts"].size(), 2u);
+    EXPECT_EQ(report["parts"][0]["file"], "a.exr");
+    EXPECT_EQ(report["parts"][1]["samples"], Json::array({4, 8}));
+
+    // Every gap is told, as a range
+    const auto [lacking, gaps] = merge("a.exr b.exr d.exr -o no.exr --expect 0:20");
+    EXPECT_EQ(lacking, 5);
+    ASSERT_EQ(gaps["faults"].size(), 2u) << gaps;
+    EXPECT_EQ(gaps["faults"][0]["samples"], Json::array({8, 12}));
+    EXPECT_EQ(gaps["faults"][1]["samples"], Json::array({16, 20}));
+    const auto [few, beyond] = merge("a.exr b.exr -o no.exr --expect 2:6");
+    EXPECT_EQ(few, 5);
+    EXPECT_EQ(beyond["faults"].size(), 2u) << beyond;
+    EXPECT_EQ(beyond["faults"][0]["kind"], "unexpected");
+    EXPECT_FALSE(w.exists("no.exr"));
+    for (const char* wrong : {"8", "8:8", "a:b", "0:4x"})
+        EXPECT_EQ(w.comp(fmt::format("merge a.exr -o no.exr --expect {}", wrong)).exit_code, 2);
+}
+
+/// All that keeps files from being parts of one render is told at once, by name.
+TEST_F(SampleRanges, RefusalsNameEveryFault) {
+    w.write("t.usda", small_scene() + textured_ball("wood.png"));
+    const auto render_ball = [&](const std::string& arguments) {
+        const CommandResult r = w.velatura(
+            "render t.usda --res 12 9 -q --progress none --missing-assets ignore " + arguments);
+        ASSERT_EQ(r.exit_code, 0) << r.output;
+    };
+    w.write("wood.png", "what is no picture gives its fallback");
+    render_ball("--samples 0:2 -o a.exr");
+    render_ball("--samples 2:4 -o b.exr");
+    std::filesystem::remove(w.path("wood.png"));
+    render_ball("--samples 4:6 --max-depth 3 --seed 4 -o c.exr");
+    w.write("t.usda", small_scene() + textured_ball("wood.png") + "def Sphere \"More\" {}\n");
+    render_ball("--samples 6:8 -o d.exr");
+    const CommandResult r = w.comp("merge a.exr b.exr c.exr d.exr none.exr -o no.exr");
+    EXPECT_EQ(r.exit_code, 5);
+    for (const char* text :
+         {"a.exr and c.exr, d.exr were rendered with different files: wood.png is missing in the "
+          "second",
+          "a.exr and c.exr were rendered with different settings: --max-depth 0 and 3, seed 0 and "
+          "4",
+          "a.exr and c.exr have different seeds: 0 and 4", "a.exr and d.exr show different scenes",
+          "none.exr"})
+        EXPECT_TRUE(has(r.output, text)) << text << " in: " << r.output;
+    EXPECT_FALSE(w.exists("no.exr"));
+}
+
+/// The file that differs is named, not all the others.
+TEST_F(SampleRanges, PartsAreComparedWithMostOfThem) {
+    render("--samples 0:2 --filter box -o a.exr");
+    render("--samples 2:4 -o b.exr");
+    render("--samples 4:6 -o c.exr");
+    const auto [code, report] = merge("a.exr b.exr c.exr -o no.exr");
+    EXPECT_EQ(code, 5);
+    ASSERT_EQ(report["faults"].size(), 1u) << report;
+    EXPECT_EQ(report["faults"][0]["files"], Json::array({"a.exr"}));
+    EXPECT_TRUE(has(report["faults"][0]["text"], "--filter blackman-harris and box")) << report;
+}
+
+TEST_F(SampleRanges, MergeSaysWhatThePartsWereRenderedWithout) {
+    w.write("s.usda", small_scene() + textured_ball("none.png") +
+                          "def \"A\" (references = @none.usda@) {}\n");
+    render("--missing-assets ignore --samples 0:2 -o a.exr");
+    render("--missing-assets ignore --samples 2:4 -o b.exr");
+    const Json lacks = {"layer none.usda", "texture none.png"};
+    EXPECT_EQ(settings_of("a.exr")["lacks"], lacks);
+    const auto [code, report] = merge("a.exr b.exr -o all.exr");
+    EXPECT_EQ(code, 0);
+    EXPECT_EQ(report["parts"][1]["lacks"], lacks);
+    const CommandResult r = w.comp("merge a.exr b.exr -o all.exr");
+    EXPECT_TRUE(has(r.output, "warning: all parts were rendered without texture none.png"))
+        << r.output;
+    EXPECT_EQ(settings_of("all.exr")["lacks"], lacks);
+}
+
+/// The header of a merged file, its error and biased settings included, is that of one render.
+TEST_F(SampleRanges, AMergedFileIsThatOfOneRenderByteForByte) {
+    for (const char* options :
+         {"", "--max-depth 4 --bounces 4", "--halves --clamp-indirect 0.5",
+          "--sampler stratified --cryptomatte object", "--adaptive off --sampler independent"}) {
+        const std::string common = std::string(options) + " ";
+        render(common + "--spp 40 -o whole.exr");
+        render(common + "--spp 40 --resumable -o sums.exr");
+        render(common + "--samples 0:18 -o a.exr");
+        render(common + "--samples 18:32 -o b.exr");
+        render(common + "--samples 32:40 -o c.exr");
+        EXPECT_EQ(merge("a.exr b.exr c.exr -o all.exr").first, 0);
+        EXPECT_TRUE(bytes("all.exr") == bytes("whole.exr")) << options;
+        EXPECT_EQ(merge("b.exr c.exr a.exr --resumable -o all.exr").first, 0);
+        EXPECT_TRUE(bytes("all.exr") == bytes("sums.exr")) << options;
+    }
 }
 
 TEST_F(SampleRanges, RatesOfTheFirstPartTakeThePlaceOfThePilot) {
