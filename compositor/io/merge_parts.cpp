@@ -98,14 +98,14 @@ struct Difference {
     std::string kind, text;  ///< the text follows on the names of both files
 };
 
-Difference scene_difference(const PartHeader& a, const PartHeader& b) {
+std::string scene_difference(const PartHeader& a, const PartHeader& b) {
     const layers::DifferentLayers layers =
         layers::different_layers(a.info.scene_json, b.info.scene_json);
     if (!layers.a.empty())
-        return {"scene", fmt::format("show different scenes: {} in the first, {} in the second",
-                                     layers.a, layers.b)};
-    return {"scene", fmt::format("show different scenes: the hashes of their layers are {} and {}",
-                                 a.samples.scene_hash, b.samples.scene_hash)};
+        return fmt::format("show different scenes: {} in the first, {} in the second", layers.a,
+                           layers.b);
+    return fmt::format("show different scenes: the hashes of their layers are {} and {}",
+                       a.samples.scene_hash, b.samples.scene_hash);
 }
 
 /// Hashes of the files that a render read, by name and, of several of one name, by their order;
@@ -149,7 +149,8 @@ std::string different_files(const PartHeader& a, const PartHeader& b) {
 /// All ways in which two files are not parts of one render.
 std::vector<Difference> differences_of(const PartHeader& a, const PartHeader& b) {
     std::vector<Difference> found;
-    if (a.samples.scene_hash != b.samples.scene_hash) found.push_back(scene_difference(a, b));
+    if (a.samples.scene_hash != b.samples.scene_hash)
+        found.push_back({"scene", scene_difference(a, b)});
     Json settings_a = named_settings(a), settings_b = named_settings(b);
     if (const std::string files = different_files(a, b); !files.empty()) {
         found.push_back({"files", "were rendered with different files: " + files});
