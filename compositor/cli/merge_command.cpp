@@ -6,8 +6,12 @@
 #include "compositor/io/merge.h"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
+#include <charconv>
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,24 +19,100 @@ namespace velatura::compositor::cli {
 
 namespace {
 
-struct MergeOptions {
+using Json = nlohmann::ordered_json;
+
+struct MergeArguments {
     std::vector<std::string> inputs;
-    std::string output, frames;
-    bool is_resumable = false;
+    std::string output, frames, expected;
+    bool is_resumable = false, accepts_incomplete = false, is_json = false;
 };
+
+/// Nothing where it is not A:B with A < B.
+std::optional<SampleRange> parse_range(const std::string& text) {
+    SampleRange range;
+    const char* const end = text.data() + text.size();
+    const auto first = std::from_chars(text.data(), end, range.first);
+    if (first.ec != std::errc() || first.ptr == end || *first.ptr != ':') return std::nullopt;
+    const auto last = std::from_chars(first.ptr + 1, end, range.second);
+    if (last.ec != std::errc() || last.ptr != end || range.first >= range.second)
+        return std::nullopt;
+    return range;
+}
+
+Json json_of(const std::optional<SampleRange>& range) {
+    return range ? Json{range->first, range->second} : Json();
+}
+
+Json json_of(const MergeReport& report,
+             const std::string& output,
+             const Result<layers::WriteReport>& written) {
+    Json j;
+    j["schema"] = "velatura.merge/1";
+    j["output"] = output;
+    j["merged"] = written.has_value();
+    if (written) j["sha256"] = written->sha256;
+    j["samples"] = json_of(report.samples);
+    j["complete"] = report.is_complete;
+    j["parts"] = Json::array();
+    for (const MergePart& part : report.parts)
+        j["parts"].push_back({{"file", part.path},
+                              {"samples", json_of(part.samples)},
+                              {"complete", part.is_complete},
+                              {"lacks", part.lacks}});
+    j["faults"] = Json::array();
+    for (const MergeFault& fault : report.faults)
+        j["faults"].push_back({{"kind", fault.kind},
+                               {"text", fault.text},
+                               {"files", fault.files},
+                               {"samples", json_of(fault.samples)}});
+    if (!written && report.faults.empty())
+        j["faults"].push_back({{"kind", "output"},
+                               {"text", written.error().message},
+                               {"files", Json::array()},
+                               {"samples", Json()}});
+    return j;
+}
+
+/// A render without an asset or a plugin is another image than the scene describes.
+void warn_of_lacks(const MergeReport& merge) {
+    std::map<std::string, std::vector<std::string>> files;  // by what they lack
+    for (const MergePart& part : merge.parts)
+        for (const std::string& name : part.lacks) files[name].push_back(part.path);
+    for (const auto& [name, of] : files) {
+        if (of.size() == merge.parts.size())
+            warn(fmt::format("all parts were rendered without {}", name));
+        else
+            warn(fmt::format("{} of {} parts were rendered without {}, {} among them", of.size(),
+                             merge.parts.size(), name, of[0]));
+    }
+}
+
+/// Prints each fault by itself. Returns: the exit code.
+int report_faults(const MergeReport& merge, const Error& error) {
+    for (const MergeFault& fault : merge.faults) report({fault.code, fault.text});
+    if (merge.faults.empty()) return report(error);
+    return error.code == "merge-refused" ? int(refused) : int(failed);
+}
 
 int merge_one(const std::vector<std::string>& inputs,
               const std::string& output,
-              bool is_resumable) {
-    const auto written = merge_files(inputs, output, is_resumable);
-    if (!written) return report(written.error());
-    fmt::print("{}  {}\n", written->sha256, output);
+              const MergeArguments& o) {
+    MergeOptions options;
+    options.keep_sums = o.is_resumable;
+    options.accepts_incomplete = o.accepts_incomplete;
+    options.expected = parse_range(o.expected);
+    MergeReport merge;
+    const auto written = merge_files(inputs, output, options, merge);
+    if (o.is_json) fmt::print("{}\n", json_of(merge, output, written).dump());
+    if (!written) return report_faults(merge, written.error());
+    warn_of_lacks(merge);
+    if (!o.is_json) fmt::print("{}  {}\n", written->sha256, output);
     return done;
 }
 
 /// Into a sequence frame by frame; into one file all files of all inputs, whose numbers may be
 /// those of their samples.
-int run_merge(const MergeOptions& o) {
+int run_merge(const MergeArguments& o) {
     if (!is_sequence(o.output)) {
         if (!o.frames.empty())
             return report({"bad-frames", o.output + " is one file: --frames needs #### in it"});
@@ -42,19 +122,19 @@ int run_merge(const MergeOptions& o) {
             if (of_input.empty()) return report({"frame-missing", "no frame found of " + input});
             files.insert(files.end(), of_input.begin(), of_input.end());
         }
-        return merge_one(files, o.output, o.is_resumable);
+        return merge_one(files, o.output, o);
     }
     return run_frames({o.inputs, {o.output}, o.frames}, [&](const FrameNames& names) {
         std::vector<std::string> files;
         for (const std::string& input : o.inputs) files.push_back(names.input(input));
-        return merge_one(files, names.output(o.output), o.is_resumable);
+        return merge_one(files, names.output(o.output), o);
     });
 }
 
 }  // namespace
 
 void add_merge_command(Command& app, std::function<int()>& run) {
-    const auto o = std::make_shared<MergeOptions>();
+    const auto o = std::make_shared<MergeArguments>();
     Command command = app.add_subcommand(
         "merge", "Join renders of adjacent sample ranges, bit for bit as one render");
     command
@@ -70,7 +150,23 @@ void add_merge_command(Command& app, std::function<int()>& run) {
         .add_flag("--resumable,--keep-sums", o->is_resumable,
                   "Resumable output: store the exact sums, for --resume or another merge")
         .former_name("--keep-sums");
-    command.example("velatura-comp merge a.exr b.exr -o shot.exr");
+    command
+        .add_option("--expect", o->expected,
+                    "Sample range A:B that the files must cover together; else exit code 5 and no "
+                    "output")
+        .type_name("A:B")
+        .check([](const std::string& value) {
+            return parse_range(value) ? std::string()
+                                      : "expected A:B with A < B, found \"" + value + "\"";
+        });
+    command.add_flag(
+        "--incomplete", o->accepts_incomplete,
+        "Also merge files that were stopped before they had all of their samples; only "
+        "the last one can be");
+    command.add_flag("--json", o->is_json,
+                     "Print a JSON report: parts with their samples, every fault, the ranges that "
+                     "are missing");
+    command.example("velatura-comp merge a.exr b.exr -o shot.exr --expect 0:64");
     command.callback([&run, o] { run = [o] { return run_merge(*o); }; });
 }
 

@@ -1,173 +1,133 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/io/merge.h"
 
-#include "compositor/io/layer_stack.h"
+#include "compositor/io/merge_parts.h"
 #include "layers/layer_header.h"
+#include "layers/stated_stats.h"
 #include "layers/sums_part.h"
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <optional>
 #include <tuple>
+#include <utility>
+#include <vector>
 
 namespace velatura::compositor {
 inline namespace io {
 
 namespace {
 
-struct Input {
-    std::string path;
-    layers::SampleInfo samples;
-    layers::FileInfo info;
-    accumulate::SampleSums sums;
-};
-
 Error refused(const std::string& why) {
     return {"merge-refused", why};
 }
 
-Result<Input> read_input(const std::string& path) {
-    const auto stack = LayerStack::load(path);
-    if (!stack) return stack.error();
-    auto sums = layers::read_sums(stack->image());
-    if (!sums && sums.error().code == "no-sums") {
-        return refused(fmt::format("{} has no sums to merge; render it with --samples A:B", path));
-    }
-    if (!sums) return refused(fmt::format("{}: {}", path, sums.error().message));
-    return Input{path, stack->header().samples,
-                 layers::file_info_of(stack->image(), stack->header()), std::move(*sums)};
+/// The sums of a part as stored, if it still is the file whose header was read. Errors: of reading,
+/// "merge-refused".
+Result<image::Image> read_part_sums(const PartHeader& part) {
+    Result<image::Image> file = layers::read_sums_image(part.path);
+    if (file && file->text(layers::samples_attribute) != part.samples_text)
+        return refused(fmt::format("{} changed while it was read", part.path));
+    return file;
 }
 
-/// ": --max-depth 4 and 8, halves true and false" of what two objects hold, as JSON pointers
-/// without their first slash; empty if they hold the same.
-std::string differences(const nlohmann::json& a, const nlohmann::json& b) {
-    constexpr size_t max_told = 4;
-    if (!a.is_object() || !b.is_object()) return {};
-    const nlohmann::json flat_a = a.flatten(), flat_b = b.flatten();
-    nlohmann::json all = flat_b;
-    all.update(flat_a);
-    std::string text;
-    size_t count = 0;
-    const auto value_of = [](const nlohmann::json& flat, const std::string& key) {
-        if (!flat.contains(key)) return std::string("nothing");
-        return flat[key].is_string() ? flat[key].get<std::string>() : flat[key].dump();
-    };
-    for (const auto& [key, value] : all.items()) {
-        const std::string in_a = value_of(flat_a, key), in_b = value_of(flat_b, key);
-        if (in_a == in_b || ++count > max_told) continue;
-        text += fmt::format("{} {} {} and {}", count == 1 ? ":" : ",",
-                            key.substr(std::min<size_t>(1, key.size())), in_a, in_b);
-    }
-    return count > max_told ? fmt::format("{}, and {} more", text, count - max_told) : text;
-}
+/// The pixels where the samples of a part do not follow those before it.
+struct Seam {
+    size_t pixels = 0;
+    int x = 0, y = 0;  ///< one of them
+    accumulate::PixelRecord before, after;
+};
 
-/// What the file says of its settings, beside its first sample.
-nlohmann::json settings_of(const Input& input) {
-    const auto all = nlohmann::json::parse(input.info.settings_json, nullptr, false);
-    if (!all.is_object()) return {};
-    nlohmann::json settings = all.value("settings", nlohmann::json::object());
-    if (settings.is_object() && all.contains("build")) settings["build"] = all["build"];
-    return settings;
-}
-
-std::string text_of(const image::Window& w) {
-    return fmt::format("{},{} to {},{}", w.x0, w.y0, w.x1, w.y1);
-}
-
-/// Why two files are not parts of one render; empty if they are.
-std::string mismatch(const Input& a, const Input& b) {
-    const auto differ = [&](const std::string& what) {
-        return fmt::format("{} and {} {}", a.path, b.path, what);
-    };
-    if (a.samples.scene_hash != b.samples.scene_hash) {
-        const layers::DifferentLayers layers =
-            layers::different_layers(a.info.scene_json, b.info.scene_json);
-        if (!layers.a.empty())
-            return differ(fmt::format("show different scenes: {} in the first, {} in the second",
-                                      layers.a, layers.b));
-        return differ(fmt::format("show different scenes: the hashes of their layers are {} and {}",
-                                  a.samples.scene_hash, b.samples.scene_hash));
-    }
-    const bool has_same_settings = a.samples.settings_hash == b.samples.settings_hash;
-    // The hash leaves the build out
-    if (const std::string settings = differences(settings_of(a), settings_of(b)); !settings.empty())
-        return differ("were rendered with different settings" + settings);
-    if (a.samples.seed != b.samples.seed)
-        return differ(
-            fmt::format("have different seeds: {} and {}", a.samples.seed, b.samples.seed));
-    if (a.sums.window() != b.sums.window())
-        return differ(fmt::format("have different data windows: pixels {} and {}",
-                                  text_of(a.sums.window()), text_of(b.sums.window())));
-    if (a.sums.layer_set() != b.sums.layer_set())
-        return differ(
-            "store different layers" +
-            differences(nlohmann::json::parse(a.sums.layer_set().to_json(), nullptr, false),
-                        nlohmann::json::parse(b.sums.layer_set().to_json(), nullptr, false)));
-    if (!has_same_settings)
-        return differ("were rendered with different settings, which they do not name");
-    return {};
-}
-
-/// Overlaps and gaps, pixel by pixel.
-std::string range_fault(const Input& a, const Input& b) {
-    const image::Window& w = a.sums.window();
+Seam seam_of(const accumulate::SampleSums& before,
+             const std::vector<accumulate::PixelRecord>& after) {
+    Seam seam;
+    const image::Window& w = before.window();
     for (int y = w.y0; y < w.y1; ++y) {
         for (int x = w.x0; x < w.x1; ++x) {
-            const accumulate::PixelRecord& ra = a.sums.record(x, y);
-            const accumulate::PixelRecord& rb = b.sums.record(x, y);
-            if (ra.end == rb.first || rb.first == rb.end) continue;
-            return fmt::format("{}: pixel {},{} has samples {}:{} in {} and {}:{} in {}",
-                               rb.first < ra.end ? "overlap" : "gap", x, y, ra.first, ra.end,
-                               a.path, rb.first, rb.end, b.path);
+            const accumulate::PixelRecord &a = before.record(x, y), &b = after[w.index(x, y)];
+            if (a.end == b.first || b.first == b.end) continue;
+            if (seam.pixels++ == 0) seam = {1, x, y, a, b};
         }
     }
-    return {};
+    return seam;
 }
 
-std::string merged_stats(const std::vector<Input>& inputs) {
-    nlohmann::ordered_json j;
-    j["mergedFrom"] = nlohmann::ordered_json::array();
-    for (const Input& input : inputs) {
-        const auto stats = nlohmann::ordered_json::parse(input.info.stats_json, nullptr, false);
-        nlohmann::ordered_json one;
-        one["samples"] = {input.samples.first, input.samples.end};
-        one["stats"] = stats.is_discarded() ? nlohmann::ordered_json() : stats;
-        j["mergedFrom"].push_back(std::move(one));
-    }
-    return j.dump();
+/// Of two parts whose headers go together.
+MergeFault seam_fault(const Seam& seam,
+                      const PartHeader& before,
+                      const PartHeader& after,
+                      size_t pixels) {
+    const bool is_overlap = seam.after.first < seam.before.end;
+    const std::string why =
+        before.part.is_complete
+            ? ""
+            : fmt::format("; {} is incomplete, and only the last part can be", before.part.path);
+    return {is_overlap ? "overlap" : "gap",
+            fmt::format("{}: in {} of {} pixels the samples of {} do not follow those of {}, e.g. "
+                        "pixel {},{} has samples {}:{} and {}:{}{}",
+                        is_overlap ? "overlap" : "gap", seam.pixels, pixels, after.path,
+                        before.path, seam.x, seam.y, seam.before.first, seam.before.end,
+                        seam.after.first, seam.after.end, why),
+            {before.part.is_complete ? after.path : before.path},
+            std::nullopt};
 }
 
-}  // namespace
+/// Adds one part after the other, of which one at a time is in memory beside the sums. Errors: also
+/// among the faults.
+Result<accumulate::SampleSums> joined_sums(const std::vector<PartHeader>& parts,
+                                           std::vector<MergeFault>& faults) {
+    std::optional<accumulate::SampleSums> sums;
+    const auto fail = [&faults](const PartHeader& part, const Error& error) {
+        faults.push_back({"damaged", error.message, {part.path}, std::nullopt, error.code});
+        return error;
+    };
+    for (size_t i = 0; i < parts.size(); ++i) {
+        const PartHeader& part = parts[i];
+        const Result<image::Image> file = read_part_sums(part);
+        if (!file) return fail(part, file.error());
+        const auto damaged = [&](const Error& why) {
+            return fail(part, refused(fmt::format("{}: {}", part.path, why.message)));
+        };
+        if (!sums) {
+            Result<accumulate::SampleSums> empty = layers::empty_sums(*file);
+            if (!empty) return damaged(empty.error());
+            sums = std::move(*empty);
+        } else {
+            const auto records = layers::stored_records(*file);
+            if (!records) return damaged(records.error());
+            if (const Seam seam = seam_of(*sums, *records); seam.pixels > 0) {
+                faults.push_back(
+                    seam_fault(seam, parts[i - 1], part, sums->window().pixel_count()));
+                return refused(faults.back().text);
+            }
+        }
+        if (const Result<void> added = layers::append_sums(*file, *sums); !added)
+            return damaged(added.error());
+    }
+    return std::move(*sums);
+}
 
-Result<layers::WriteReport> merge_files(std::vector<std::string> paths,
-                                        const std::string& output,
-                                        bool keep_sums) {
-    std::vector<Input> inputs;
-    for (const std::string& path : paths) {
-        auto input = read_input(path);
-        if (!input) return input.error();
-        inputs.push_back(std::move(*input));
+Error error_of(const std::vector<MergeFault>& faults) {
+    std::string text, code = faults[0].code;
+    for (const MergeFault& fault : faults) {
+        text += (text.empty() ? "" : "\n") + fault.text;
+        if (fault.code == "merge-refused") code = fault.code;
     }
-    if (inputs.empty()) return refused("nothing to merge");
-    std::stable_sort(inputs.begin(), inputs.end(), [](const Input& a, const Input& b) {
-        return std::tie(a.samples.first, a.samples.end) < std::tie(b.samples.first, b.samples.end);
-    });
-    // Reject before adding anything, so that the reason names the files
-    for (size_t i = 1; i < inputs.size(); ++i) {
-        if (std::string why = mismatch(inputs[0], inputs[i]); !why.empty()) return refused(why);
-        if (std::string why = range_fault(inputs[i - 1], inputs[i]); !why.empty())
-            return refused(why);
-    }
-    layers::FileInfo info = inputs[0].info;
-    info.stats_json = merged_stats(inputs);
+    return {code, text};
+}
+
+/// What the merged file says beside its pixels.
+layers::FileInfo merged_info(const std::vector<PartHeader>& parts, bool keep_sums) {
+    layers::FileInfo info = parts[0].info;
     info.store_sums = keep_sums;
-    for (size_t i = 1; i < inputs.size(); ++i) {
-        inputs[0].sums.append(inputs[i].sums);
-        info.bad_samples.insert(info.bad_samples.end(), inputs[i].info.bad_samples.begin(),
-                                inputs[i].info.bad_samples.end());
+    info.settings_json = merged_settings(parts);
+    for (size_t i = 1; i < parts.size(); ++i) {
+        const layers::FileInfo& other = parts[i].info;
+        info.bad_samples.insert(info.bad_samples.end(), other.bad_samples.begin(),
+                                other.bad_samples.end());
         for (size_t k = 0; k < info.matte_names.size(); ++k) {
-            const std::vector<std::string>& names = inputs[i].info.matte_names[k];
+            const std::vector<std::string>& names = other.matte_names[k];
             info.matte_names[k].insert(info.matte_names[k].end(), names.begin(), names.end());
         }
     }
@@ -175,7 +135,29 @@ Result<layers::WriteReport> merge_files(std::vector<std::string> paths,
         return std::tie(a.sample, a.y, a.x) < std::tie(b.sample, b.y, b.x);
     });
     if (info.bad_samples.size() > 16) info.bad_samples.resize(16);
-    return layers::write_layer_file(output, inputs[0].sums, info);
+    return info;
+}
+
+}  // namespace
+
+Result<layers::WriteReport> merge_files(const std::vector<std::string>& inputs,
+                                        const std::string& output,
+                                        const MergeOptions& options,
+                                        MergeReport& report) {
+    report = {};
+    const std::vector<PartHeader> parts = read_part_headers(inputs, report.faults);
+    for (const PartHeader& part : parts) report.parts.push_back(part.part);
+    find_faults(parts, options, report.faults);
+    if (!report.faults.empty()) return error_of(report.faults);
+    report.samples = {parts.front().part.samples.first, parts.back().part.samples.second};
+    report.is_complete = std::all_of(parts.begin(), parts.end(),
+                                     [](const PartHeader& p) { return p.part.is_complete; });
+
+    const Result<accumulate::SampleSums> sums = joined_sums(parts, report.faults);
+    if (!sums) return sums.error();
+    layers::FileInfo info = merged_info(parts, options.keep_sums);
+    info.stats_json = layers::stats_of_whole(info.stats_json, *sums);
+    return layers::write_layer_file(output, *sums, info);
 }
 
 }  // namespace io

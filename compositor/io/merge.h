@@ -4,19 +4,57 @@
 #include "base/result.h"
 #include "layers/layer_file.h"
 
+#include <cstdint>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace velatura::compositor {
 inline namespace io {
 
+/// [first, end) of sample indices.
+using SampleRange = std::pair<uint64_t, uint64_t>;
+
+struct MergeOptions {
+    bool keep_sums = false;           ///< leave the exact sums in, for --resume and further merges
+    bool accepts_incomplete = false;  ///< also files that were stopped before they had all samples
+    std::optional<SampleRange> expected;  ///< what the parts must cover together
+};
+
+/// A file to merge, as its header describes it.
+struct MergePart {
+    std::string path;
+    SampleRange samples;             ///< that it was to have
+    bool is_complete = true;         ///< it has them
+    std::vector<std::string> lacks;  ///< plugins and files that its render did not find
+};
+
+/// Why files are not merged.
+struct MergeFault {
+    std::string kind;                    ///< "gap", "overlap", "settings" …: docs of merge --json
+    std::string text;                    ///< for people, with the names of the files
+    std::vector<std::string> files;      ///< that are to be rendered again
+    std::optional<SampleRange> samples;  ///< of a gap or overlap
+    std::string code = "merge-refused";
+};
+
+struct MergeReport {
+    std::vector<MergePart> parts;    ///< by samples
+    std::vector<MergeFault> faults;  ///< empty: merged
+    std::optional<SampleRange> samples;
+    bool is_complete = false;  ///< all parts are
+};
+
 /// Joins files that hold adjacent sample ranges of one render into the file that one render of all
-/// the samples writes, bit for bit in every pixel. `keep_sums` leaves the exact sums in, for
-/// further merges. Errors: "merge-refused" (exit 5: no sums, other scene, settings, seed, layers or
-/// window, overlap, gap), those of reading and of image::write_layer_file.
-Result<layers::WriteReport> merge_files(std::vector<std::string> inputs,
+/// the samples writes, bit for bit in every pixel. One part at a time is in memory beside the sums
+/// of the result. Errors: "merge-refused" (exit 5: incomplete, no sums, other scene, settings,
+/// build, files, seed, layers or window, overlap, gap, not what is expected); its message has a
+/// line for each of report.faults. Those of reading and of layers::write_layer_file.
+Result<layers::WriteReport> merge_files(const std::vector<std::string>& inputs,
                                         const std::string& output,
-                                        bool keep_sums);
+                                        const MergeOptions& options,
+                                        MergeReport& report);
 
 }  // namespace io
 }  // namespace velatura::compositor

@@ -4,7 +4,6 @@
 #include "app/exit_codes.h"
 #include "app/progress.h"
 #include "statistics/block_errors.h"
-#include "statistics/image_change.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -47,7 +46,9 @@ const char* state_name(ErrorForecast::Kind kind) {
 }  // namespace
 
 std::optional<ImageError> image_error(const RenderJob& job, const film::Film& film) {
-    return image_error(job, film, film.noise(), {});
+    const integrator::RenderOptions& schedule = job.settings.schedule;
+    return statistics::stated_error(
+        film.sums(), {schedule.has_independent_halves, schedule.has_dependent_changes});
 }
 
 std::optional<ImageError> image_error(const RenderJob& job,
@@ -61,16 +62,7 @@ std::optional<ImageError> image_error(const RenderJob& job,
     if (!curve.is_empty())
         return ImageError{curve.error_at(noise.samples_mean),
                           job.settings.schedule.has_dependent_changes, curve.is_lower()};
-    if (!noise.is_known) return std::nullopt;
-    statistics::ErrorCurve last;
-    if (const std::optional<statistics::RelativeError> change =
-            statistics::image_change(film.sums()))
-        last.add({noise.samples_min, noise.samples_max, noise.samples_mean, 0, *change});
-    // The first strata of a pixel are no image of their own
-    if (!last.is_empty()) return image_error(job, film, noise, last);
-    return ImageError{.error = noise.error,
-                      .is_upper = !job.settings.schedule.has_independent_halves,
-                      .is_lower = noise.error.is_lower};
+    return image_error(job, film);
 }
 
 std::string reached_text(const std::optional<ImageError>& error) {
@@ -113,20 +105,6 @@ BudgetOutcome budget_outcome(const RenderJob& job,
     const bool has_used_budget = is_out_of_time || a.spp || !a.samples.empty();
     if (outcome.is_missed && (a.requires_target || !has_used_budget)) outcome.code = TargetMissed;
     return outcome;
-}
-
-json error_json(const std::optional<ImageError>& error) {
-    json j;
-    j["metric"] = "sqrt(relMSE)";
-    if (!error) return j;
-    j["mean"] = error->error.value;
-    j["low"] = error->error.low;
-    j["high"] = error->error.high;
-    j["confidence"] = 0.95;
-    j["is_upper"] = error->is_upper;
-    j["is_lower"] = error->is_lower;
-    if (error->error.is_lower) j["half_in_pixels"] = error->error.half_in;
-    return j;
 }
 
 json blocks_json(const film::Film& film, const statistics::ErrorCurve& curve) {

@@ -5,6 +5,7 @@
 #include "film/film.h"
 #include "integrator/schedule.h"
 #include "statistics/error_curve.h"
+#include "statistics/stated_error.h"
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -15,11 +16,7 @@
 namespace velatura::app {
 
 /// The relative standard error of the image.
-struct ImageError {
-    statistics::RelativeError error;
-    bool is_upper = false;  ///< it is no more than that: the halves make up for each other's errors
-    bool is_lower = false;  ///< it is no less than that: statistics::ErrorCurve::is_lower
-};
+using ImageError = statistics::StatedError;
 
 /// From the curve or, where there is none, from the film, whose noise() is given; none before every
 /// pixel has two samples.
@@ -47,10 +44,6 @@ struct BudgetOutcome {
 BudgetOutcome budget_outcome(const RenderJob& job,
                              const std::optional<ImageError>& error,
                              const integrator::RenderResult& result);
-
-/// metric, mean, low, high, confidence, is_upper, is_lower; half_in_pixels where few pixels hold
-/// half of it.
-nlohmann::ordered_json error_json(const std::optional<ImageError>& error);
 
 /// Where the error is: of blocks of 8×8 pixels, the share of those that hold half of it, the share
 /// of those whose error hangs on a pixel or two, and the five worst with their intervals. Null

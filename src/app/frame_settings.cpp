@@ -13,28 +13,28 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <map>
+#include <set>
 
 namespace velatura::app {
 
 namespace {
 
-/// Says whether a file that the scene reads is the same one, on whatever machine it lies. Piece by
-/// piece: grids of volumes may be larger than memory.
-std::string file_state(const std::string& path) {
-    if (path.empty()) return {};
+/// Of its content; empty where it cannot be opened. Piece by piece: grids of volumes may be larger
+/// than memory.
+std::string hash_of_file(const std::string& path) {
     constexpr size_t piece = size_t(1) << 20;
-    uint64_t hash = 0;
     const Result<AssetBytesPtr> file = open_asset_bytes(path);
-    for (std::string_view rest = file ? (*file)->bytes() : std::string_view(); !rest.empty();
+    if (!file) return {};
+    uint64_t hash = 0;
+    for (std::string_view rest = (*file)->bytes(); !rest.empty();
          rest.remove_prefix(std::min(piece, rest.size()))) {
         hash = hash_combine(hash, hash_string(rest.substr(0, piece)));
         (*file)->forget();
     }
-    return fmt::format("|{} {:016x}", std::filesystem::path(path).filename().string(), hash);
+    return fmt::format("{:016x}", hash);
 }
 
-/// The same of a light's profile, whatever file it comes from.
+/// Says whether a light's profile is the same one, whatever file it comes from.
 std::string profile_state(const scene::Shaping& shaping) {
     if (!shaping.ies) return {};
     std::string text = "|ies";
@@ -45,22 +45,14 @@ std::string profile_state(const scene::Shaping& shaping) {
     return text;
 }
 
-/// Of all files that the scene reads beside its layers, each once.
-std::string files_state(const scene::Scene& scene) {
-    std::map<std::string, std::string> states;
-    const auto state_of = [&states](const std::string& path) -> const std::string& {
-        const auto [known, is_new] = states.try_emplace(path);
-        if (is_new) known->second = file_state(path);
-        return known->second;
-    };
+/// Of all that the scene reads beside its layers.
+std::string files_state(const scene::Scene& scene, const std::vector<SceneFile>& files) {
     std::string text;
-    for (const scene::Texture& t : scene.textures)
-        for (const std::string& file : udim_files(t.file)) text += state_of(file);
-    for (const scene::Light& l : scene.lights)
-        text += state_of(l.texture_file) + profile_state(l.shaping);
+    for (const SceneFile& file : files) text += fmt::format("|{} {}", file.name, file.hash);
+    for (const scene::Light& l : scene.lights) text += profile_state(l.shaping);
     for (const scene::MeshLight& l : scene.mesh_lights) text += profile_state(l.shaping);
     for (const scene::VolumeField& f : scene.volume_fields)
-        text += fmt::format("{} {} {}", state_of(f.file), f.grid, f.index);
+        text += fmt::format("|{} {}", f.grid, f.index);
     return text.empty() ? "none" : fmt::format("{:016x}", hash_string(text));
 }
 
@@ -118,7 +110,23 @@ std::string camera_state(const scene::Camera& c) {
 
 }  // namespace
 
-FrameSettings frame_settings(const RenderJob& job, const FrameInput& input) {
+std::vector<SceneFile> scene_files(const scene::Scene& scene) {
+    std::vector<SceneFile> files;
+    std::set<std::string> known;
+    const auto add = [&](const std::string& path) {
+        if (path.empty() || !known.insert(path).second) return;
+        files.push_back({std::filesystem::path(path).filename().string(), hash_of_file(path)});
+    };
+    for (const scene::Texture& t : scene.textures)
+        for (const std::string& file : udim_files(t.file)) add(file);
+    for (const scene::Light& l : scene.lights) add(l.texture_file);
+    for (const scene::VolumeField& f : scene.volume_fields) add(f.file);
+    return files;
+}
+
+FrameSettings frame_settings(const RenderJob& job,
+                             const FrameInput& input,
+                             const std::vector<SceneFile>& files) {
     const RenderArguments& a = job.arguments;
     const scene::RenderSettings& s = input.scene.settings;
     const integrator::EstimatorOptions& e = job.settings.tracer.estimator;
@@ -136,7 +144,7 @@ FrameSettings frame_settings(const RenderJob& job, const FrameInput& input) {
     add("motion blur", s.disable_motion_blur ? "off" : "on");
     add("purposes", fmt::format("{}", fmt::join(s.included_purposes, ",")));
     add("material purposes", fmt::format("{}", fmt::join(s.material_binding_purposes, ",")));
-    add("files", files_state(input.scene));
+    add("files", files_state(input.scene, files));
     add("--max-depth", job.settings.tracer.max_depth);
     add("--filter", a.filter);
     add("--texture-bias", a.texture_bias);
@@ -170,21 +178,31 @@ std::string settings_hash(const FrameSettings& settings,
     return fmt::format("{:016x}", hash_string(text));
 }
 
-std::string settings_json(const FrameSettings& settings,
-                          uint64_t first_sample,
-                          const std::string& top_ups,
+std::string settings_json(const FrameFacts& facts,
+                          const std::vector<std::string>& lacks,
                           const nlohmann::ordered_json& error_curve) {
-    nlohmann::ordered_json j;
+    using Json = nlohmann::ordered_json;
+    Json j;
     j["schema"] = "velatura.settings/1";
     j["build"] = build_id();
-    j["firstSample"] = first_sample;
-    if (const auto list = nlohmann::ordered_json::parse(top_ups, nullptr, false);
-        list.is_array() && !list.empty())
-        j["topUps"] = list;
+    j["firstSample"] = facts.part.first;
+    const Json top_ups = Json::parse(facts.top_ups, nullptr, false);
+    if (top_ups.is_array() && !top_ups.empty()) {
+        j["topUps"] = top_ups;
+    } else {
+        const Json end = facts.part.end ? Json(*facts.part.end) : Json();
+        j["part"]["samples"] = Json::array({facts.part.first, end});
+        j["part"]["complete"] = facts.part.is_complete;
+    }
     if (!error_curve.empty()) j["errorCurve"] = error_curve;
-    j["settings"] = nlohmann::ordered_json::object();
-    for (const auto& [name, value] : settings) j["settings"][name] = value;
-    return j.dump();
+    j["settings"] = Json::object();
+    for (const auto& [name, value] : facts.settings) j["settings"][name] = value;
+    for (const SceneFile& file : facts.files)
+        j["files"].push_back(
+            {{"name", file.name}, {"hash", file.hash.empty() ? Json() : Json(file.hash)}});
+    if (!lacks.empty()) j["lacks"] = lacks;
+    // Names of files may be no UTF-8
+    return j.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 image::Window data_window(const scene::RenderSettings& s, const std::vector<double>& crop) {

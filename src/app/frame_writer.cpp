@@ -3,16 +3,19 @@
 
 #include "app/accuracy.h"
 #include "app/exit_codes.h"
+#include "app/missing_assets.h"
 #include "app/plan_report.h"
 #include "app/stats.h"
 #include "base/atomic_file.h"
 #include "base/process/memory_limit.h"
 #include "image/exr.h"
+#include "layers/stated_stats.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
+#include <chrono>
 #include <filesystem>
 #include <new>
 #include <system_error>
@@ -45,7 +48,7 @@ std::string stats_json(const RenderJob& job,
     stats["guiding"] = make_guiding_stats(prepass.guide);
     stats["splitting"] = make_splitting_stats(prepass.branches);
     if (prepass.roulette) stats["roulette"] = make_roulette_stats(*prepass.roulette);
-    stats["error"] = error_json(image_error(job, renderer.film()));
+    stats["error"] = layers::error_json(image_error(job, renderer.film()));
     stats["ledger"] = make_ledger(job, input, renderer.world(), renderer.film());
     return stats.dump();
 }
@@ -66,6 +69,23 @@ void add_memory_stats(const MemoryNeeds& needs, nlohmann::ordered_json& memory) 
     memory["peak_expected"] = needs.total();
 }
 
+/// Adds the seconds of its life to a sum.
+class AddedTime {
+  public:
+    explicit AddedTime(double& sum) : sum_(sum) {}
+
+    ~AddedTime() {
+        sum_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    }
+
+    AddedTime(const AddedTime&) = delete;
+    AddedTime& operator=(const AddedTime&) = delete;
+
+  private:
+    double& sum_;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
 std::string name_of(const std::string& path) {
     return std::filesystem::path(path).filename().string();
 }
@@ -79,14 +99,13 @@ layers::FileInfo FrameWriter::file_info(const statistics::ErrorCurve& curve,
     info.compression = job_.compression;
     info.store_sums = is_finished_ ? keeps_final_sums(job_) : keeps_sums(job_);
     info.scene_hash = fmt::format("{:016x}", input_.content_hash);
-    info.settings_hash = settings_hash(settings_, renderer_.layers(), renderer_.window());
+    info.settings_hash = settings_hash(facts_.settings, renderer_.layers(), renderer_.window());
     info.scene_json = scene_json(input_, info.scene_hash);
     info.stats_json = stats_json(job_, input_, renderer_);
     info.light_values = input_.light_values;
     info.software = fmt::format("velatura {}", VELATURA_VERSION);
     info.plan_json = plan_json(input_.plan, broken).dump();
-    info.settings_json = settings_json(settings_, job_.settings.schedule.first_sample, top_ups_,
-                                       kept_curve(job_, curve));
+    info.settings_json = settings_json(facts_, missing_asset_names(), kept_curve(job_, curve));
     return info;
 }
 
@@ -97,6 +116,7 @@ Result<layers::WriteReport> FrameWriter::write_once(
 
 Result<layers::WriteReport> FrameWriter::write(const statistics::ErrorCurve& curve,
                                                const std::vector<scene::Effect>& broken) {
+    const AddedTime timer(write_s_);
     if (!memory_.has_plenty_to_write()) image::use_one_exr_thread();
     MemoryLimit::enforce(writing);
     try {
@@ -199,6 +219,7 @@ bool FrameWriter::write_stats(const MemoryNeeds& needs,
         stats["bounces"] = make_bounce_stats(*prepass.bounces, renderer_.layers().last_bounce);
         stats["phases_s"]["bounces"] = prepass.bounces->seconds;
     }
+    stats["phases_s"]["write"] = write_s_;
     add_memory_stats(needs, stats["memory_bytes"]);
     stats["error"]["storage"] = written.storage_error;
     stats["closure"] = {{"family", written.closure_family},

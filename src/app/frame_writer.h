@@ -20,19 +20,12 @@ namespace velatura::app {
 /// statistics. All that it is made with must outlive it.
 class FrameWriter {
   public:
-    /// `top_ups`: a JSON list of the looks by which samples were placed.
     FrameWriter(const RenderJob& job,
                 const FrameInput& input,
                 const render::Renderer& renderer,
-                const FrameSettings& settings,
-                const std::string& top_ups,
+                const FrameFacts& facts,
                 MemoryWatch& memory)
-        : job_(job),
-          input_(input),
-          renderer_(renderer),
-          settings_(settings),
-          top_ups_(top_ups),
-          memory_(memory) {}
+        : job_(job), input_(input), renderer_(renderer), facts_(facts), memory_(memory) {}
 
     /// What is written from here on is neither an interim image nor what was stopped.
     void set_finished() { is_finished_ = true; }
@@ -76,10 +69,10 @@ class FrameWriter {
     const RenderJob& job_;
     const FrameInput& input_;
     const render::Renderer& renderer_;
-    const FrameSettings& settings_;
-    const std::string& top_ups_;
+    const FrameFacts& facts_;
     MemoryWatch& memory_;
     bool is_finished_ = false;
+    double write_s_ = 0;  ///< of the image, interim ones included
 };
 
 }  // namespace velatura::app

@@ -54,10 +54,11 @@ One frame on several machines: render a sample range on each, then merge. The re
 render of all samples on one machine, bit for bit.
 
   velatura render shot.usda -o a.exr --samples 0:128
-  velatura render shot.usda -o b.exr --samples 128:256
-  velatura-comp merge a.exr b.exr -o shot.exr
+  velatura render shot.usda -o b.exr --samples 128:256 --rates-from a.exr
+  velatura-comp merge a.exr b.exr -o shot.exr --expect 0:256
 
-merge refuses other scenes, other settings, overlaps and gaps (exit code 5).
+--rates-from saves later parts the pilot samples of adaptive sampling. merge refuses other scenes,
+other settings, incomplete parts, overlaps and gaps (exit code 5), and names each fault.
 
 Stop and resume: --checkpoint writes a resumable file at an interval. --resume adds the samples
 that are missing, and starts from the first sample if there is no file. A farm can repeat the
@@ -68,7 +69,8 @@ same command until it succeeds.
 --resumable makes a finished render resumable. --resume refuses a file of another scene or of
 other settings (exit code 5).
 
-Progress for a scheduler: --progress json, or --progress openjd for Open Job Description.
+Progress for a scheduler: --progress json, or --progress openjd for Open Job Description, which
+ends with openjd_fail and the reason of a failure.
 
 Signals: USR1 writes an interim image. INT and TERM write what is finished, which --resume can
 continue, and stop with exit code 128+n; a second signal, half a second later or more, stops at

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/commands.h"
 #include "app/exit_codes.h"
+#include "app/failure_line.h"
 #include "app/help_topics.h"
 #include "app/missing_assets.h"
 #include "base/command_line.h"
@@ -73,8 +74,10 @@ int run_command(int argc, char** argv) {
     if (const std::optional<CommandExit> ended = app.parse(argc, argv)) return end_with(*ended);
     std::fputs(app.notes().c_str(), stderr);
     read_truncated_pages_as_zeros();
-    const int code = exit_code_with_missing_assets(run ? run() : UsageError);
-    return report_mapping_guard() ? worse_exit_code(code, RenderError) : code;
+    int code = exit_code_with_missing_assets(run ? run() : UsageError);
+    if (report_mapping_guard()) code = worse_exit_code(code, RenderError);
+    print_failure(code);
+    return code;
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include "app/missing_assets.h"
 
 #include "app/exit_codes.h"
+#include "app/failure_line.h"
 #include "app/progress.h"
 #include "base/result.h"
 #include "plugin/registry.h"
@@ -13,6 +14,8 @@
 #include <cstdio>
 #include <iterator>
 #include <map>
+#include <mutex>
+#include <set>
 #include <vector>
 
 namespace velatura::app {
@@ -22,11 +25,26 @@ namespace {
 struct Found {
     std::atomic<MissingAssets> policy{MissingAssets::Fail};
     std::array<std::atomic<size_t>, std::size(missing_asset_codes)> counts{};
+    std::mutex mutex;
+    std::set<std::string> names;
 };
 
 Found& found() {
     static Found instance;
     return instance;
+}
+
+/// Of a scene that misses more, a header says no more.
+constexpr size_t max_names = 256;
+
+/// The first name in the message between @, ' or ", without its folder; empty if there is none.
+std::string quoted_name(const std::string& message) {
+    const size_t begin = message.find_first_of("@'\"");
+    if (begin == std::string::npos) return {};
+    const size_t end = message.find(message[begin], begin + 1);
+    if (end == std::string::npos) return {};
+    const std::string path = message.substr(begin + 1, end - begin - 1);
+    return path.substr(path.rfind('/') + 1);
 }
 
 }  // namespace
@@ -37,8 +55,26 @@ void set_missing_assets(MissingAssets policy) {
 
 void note_missing_asset(const Diagnostic& diagnostic) {
     if (diagnostic.severity != Severity::Error) return;
-    for (size_t i = 0; i < std::size(missing_asset_codes); ++i)
-        if (missing_asset_codes[i].code == diagnostic.code) ++found().counts[i];
+    for (size_t i = 0; i < std::size(missing_asset_codes); ++i) {
+        if (missing_asset_codes[i].code != diagnostic.code) continue;
+        ++found().counts[i];
+        const std::string name = quoted_name(diagnostic.message);
+        const std::lock_guard lock(found().mutex);
+        if (found().names.size() < max_names)
+            found().names.insert(
+                name.empty()
+                    ? fmt::format("{} of <{}>", missing_asset_codes[i].kind, diagnostic.prim_path)
+                    : fmt::format("{} {}", missing_asset_codes[i].kind, name));
+    }
+}
+
+std::vector<std::string> missing_asset_names() {
+    std::vector<std::string> names;
+    for (const std::string& plugin : plugin::unavailable_plugin_names())
+        names.push_back("plugin " + plugin);
+    const std::lock_guard lock(found().mutex);
+    names.insert(names.end(), found().names.begin(), found().names.end());
+    return names;
 }
 
 std::string missing_assets_text() {
@@ -55,13 +91,17 @@ std::string missing_assets_text() {
 int exit_code_with_missing_assets(int code) {
     const bool is_ignored = found().policy == MissingAssets::Ignore;
     const std::vector<Error> plugins = plugin::unavailable_plugins();
-    for (const Error& why : plugins)
-        fmt::print(stderr, "{}: the scene needs a plugin that is not installed: {} [{}]\n",
-                   is_ignored ? "warning" : "error", why.message, why.code);
+    for (const Error& why : plugins) {
+        const std::string text = fmt::format(
+            "the scene needs a plugin that is not installed: {} [{}]", why.message, why.code);
+        fmt::print(stderr, "{}: {}\n", is_ignored ? "warning" : "error", text);
+        if (!is_ignored) note_error(text);
+    }
     if (is_ignored) return code;
     const std::string text = missing_assets_text();
     // Of a command that failed, the messages before this one state what became of the output
     const bool has_result = code == Done || code == TargetMissed || code == CheckFailed;
+    if (!text.empty()) note_error(fmt::format("missing assets: {} [missing-assets]", text));
     if (!text.empty() && has_result)
         fmt::print(stderr,
                    "error: missing assets: {}; the result lacks them; exit code {} "

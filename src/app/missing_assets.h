@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace velatura::app {
 
@@ -35,6 +36,10 @@ void note_missing_asset(const Diagnostic& diagnostic);
 
 /// "2 textures, 1 layer": what note_missing_asset counted; empty: nothing.
 std::string missing_assets_text();
+
+/// "plugin subdivision", "texture wood.png": what note_missing_asset counted and the plugins that
+/// could not be opened, each once, without folders. Thread-safe.
+std::vector<std::string> missing_asset_names();
 
 /// Prints, as an error, which assets and plugins the command missed. Returns: the exit code of a
 /// command that ended with `code`.

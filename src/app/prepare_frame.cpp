@@ -2,6 +2,7 @@
 #include "app/prepare_frame.h"
 
 #include "app/exit_codes.h"
+#include "app/failure_line.h"
 #include "app/memory_options.h"
 #include "app/parse_values.h"
 #include "app/progress.h"
@@ -34,7 +35,9 @@ namespace velatura::app {
 namespace {
 
 int fail(const Error& error, int code) {
-    fmt::print(stderr, "error: {} [{}]\n", error.message, error.code);
+    const std::string text = fmt::format("{} [{}]", error.message, error.code);
+    fmt::print(stderr, "error: {}\n", text);
+    note_error(text);
     return code;
 }
 
@@ -200,6 +203,7 @@ int prepare_one(const RenderJob& job,
 }
 
 int prepare_all(const RenderArguments& arguments, const FrameFunction& use) {
+    if (arguments.progress == "openjd") keep_failures();
     Result<RenderJob> job = make_render_job(arguments);
     if (!job) return fail(job.error(), UsageError);
     std::vector<double> frames;

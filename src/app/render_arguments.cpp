@@ -265,6 +265,13 @@ void declare_resume_options(Command resume, RenderArguments& a) {
         .not_empty()
         .common();
     resume
+        .add_option("--rates-from", a.rates_from,
+                    "First part of the frame, with --samples: take the rates of adaptive sampling "
+                    "from it instead of tracing the pilot samples again; same image")
+        .type_name("FILE.exr")
+        .not_empty()
+        .reads();
+    resume
         .add_option("--for-mix", a.for_mix,
                     "Request of `velatura-comp request`, with --resume: place the further samples "
                     "where a mix is noisy; --spp (average) overrides that of the request")
@@ -284,8 +291,10 @@ void declare_report_options(Command report, RenderArguments& a) {
         .common();
     report.add_flag("-q,--quiet", a.quiet, "Print errors only").common();
     report.add_flag("-v,--verbose", a.verbosity, "Print more");
-    report.add_flag("--strict", a.strict,
-                    "Render nothing if the scene has errors; exit code 4 if a sample is bad");
+    report.add_flag(
+        "--strict", a.strict,
+        "Render nothing if the scene has errors or needs a missing plugin; exit code 4 if a "
+        "sample is bad");
     report
         .add_option("--missing-textures,--texture-failure", a.missing_textures,
                     "Missing or unreadable textures: fallback (use the fallback color, and count "

@@ -39,7 +39,8 @@ struct RenderArguments {
     std::string bounces = "6";
     int max_depth = 0;
     uint64_t seed = 0;
-    std::string samples;  ///< A:B
+    std::string samples;     ///< A:B
+    std::string rates_from;  ///< a file of earlier samples
     bool is_resumable = false;
     bool resume = false;
     std::string for_mix;  ///< a request of velatura-comp request

@@ -33,14 +33,14 @@ class FrameRenderer {
   public:
     FrameRenderer(const RenderJob& job,
                   const FrameInput& input,
-                  FrameSettings settings,
+                  FrameFacts facts,
                   Continuation from,
                   Diagnostics& diagnostics)
         : job_(job),
           input_(input),
           diagnostics_(diagnostics),
           from_(std::move(from)),
-          settings_(std::move(settings)),
+          facts_(std::move(facts)),
           renderer_(input.scene, from_.applied_to(render_settings(job, input))),
           progress_(job) {}
 
@@ -64,7 +64,8 @@ class FrameRenderer {
         }
         if (const int code = check_what_was_learned(); code != Done) return code;
         MemoryWatch memory(textures, needs.writing);
-        FrameWriter writer(job_, input_, renderer_, settings_, top_ups_, memory);
+        facts_.part = unfinished_part();
+        FrameWriter writer(job_, input_, renderer_, facts_, memory);
         const std::optional<integrator::TopUpCounts> top_up = start_film();
         MemoryLimit::watch();  // pixels take memory tile by tile
         const integrator::RenderResult result =
@@ -79,22 +80,42 @@ class FrameRenderer {
   private:
     /// Whether paths are guided is known only now. Returns: an exit code.
     int check_what_was_learned() {
-        settings_.emplace_back("--guiding", renderer_.prepass().guide.is_used ? "on" : "off");
+        facts_.settings.emplace_back("--guiding", renderer_.prepass().guide.is_used ? "on" : "off");
         // What was learned is not whole then: neither pixels nor a header may come from it
         if (StopSignals::stop_flag())
             return report_early_end(false, "the first sample", diagnostics_);
         report_prepass(job_, renderer_, diagnostics_);
         const std::string why = from_.difference(
-            settings_, settings_hash(settings_, renderer_.layers(), renderer_.window()), job_);
+            facts_.settings, settings_hash(facts_.settings, renderer_.layers(), renderer_.window()),
+            job_);
         if (!why.empty()) return reject_resume(input_.output, why, diagnostics_);
         return Done;
+    }
+
+    /// Without samples: pixels begin where their rates say.
+    accumulate::SampleSums sums_with_rates() const {
+        const image::Window w = renderer_.window();
+        accumulate::SampleSums sums(w, renderer_.layers());
+        for (int y = w.y0; y < w.y1; ++y)
+            for (int x = w.x0; x < w.x1; ++x)
+                sums.set_rate(x, y, from_.rates->rates[w.index(x, y)]);
+        return sums;
+    }
+
+    PartState unfinished_part() const {
+        const integrator::RenderOptions& schedule = job_.settings.schedule;
+        PartState part{schedule.first_sample, schedule.end_sample, false};
+        if (schedule.is_open_ended) part.end.reset();
+        return part;
     }
 
     /// Returns: the counts that a request asks for, from what the film has.
     std::optional<integrator::TopUpCounts> start_film() {
         if (from_.earlier) {
-            top_ups_ = from_.earlier->top_ups;
+            facts_.top_ups = from_.earlier->state.top_ups;
             renderer_.start_film(std::move(from_.earlier->sums), std::move(from_.earlier->bad));
+        } else if (from_.rates) {
+            renderer_.start_film(sums_with_rates(), {});
         } else {
             // A file that can be merged or gone on from needs every node of the sums, also those
             // that the image alone would fold early
@@ -105,7 +126,7 @@ class FrameRenderer {
         }
         if (!from_.request) return std::nullopt;
         const uint64_t end = job_.settings.schedule.end_sample;
-        top_ups_ = with_request(top_ups_, *from_.request, end);
+        facts_.top_ups = with_request(facts_.top_ups, *from_.request, end);
         return integrator::TopUpCounts(
             renderer_.film(),
             layers::place_samples(renderer_.window(), from_.request->priority,
@@ -140,7 +161,10 @@ class FrameRenderer {
                 is_short_of_memory_,
                 keeps_sums(job_) ? "any pixel had a sample" : "every pixel had a sample",
                 diagnostics_);
-        if (!is_stopped) writer.set_finished();
+        if (!is_stopped) {
+            facts_.part = from_.part_of(job_, result);
+            writer.set_finished();
+        }
         const std::vector<scene::Effect> broken =
             integrator::broken_promises(input_.plan, result.rays.effects);
         int code = Done;
@@ -172,8 +196,7 @@ class FrameRenderer {
     const FrameInput& input_;
     Diagnostics& diagnostics_;
     Continuation from_;  ///< its sums move into the film
-    std::string top_ups_ = "[]";
-    FrameSettings settings_;
+    FrameFacts facts_;
     render::Renderer renderer_;
     RenderProgress progress_;
     std::atomic<bool> is_short_of_memory_ = false;
@@ -190,17 +213,19 @@ int render_frame(const RenderJob& job, const FrameInput& input, Diagnostics& dia
     if (job.replay) return FrameRenderer(job, input, {}, {}, diagnostics).run();
     std::optional<OutputLock> lock;
     if (const int code = take_output(input.output, lock, diagnostics); code != Done) return code;
-    FrameSettings settings = frame_settings(job, input);
+    FrameFacts facts;
+    facts.files = scene_files(input.scene);
+    facts.settings = frame_settings(job, input, facts.files);
     // That has read all files of the scene
     if (const Result<void> ok = check_outputs(input); !ok) {
         diagnostics.error(ok.error().code, {}, {}, ok.error().message);
         return UsageError;
     }
-    Continuation from = find_continuation(job, input, settings, diagnostics);
+    Continuation from = find_continuation(job, input, facts.settings, diagnostics);
     if (from.code != Done) return from.code;
     RenderJob wanted = job;
     if (const auto end = from.end_sample(job)) wanted.settings.schedule.end_sample = *end;
-    return FrameRenderer(wanted, input, std::move(settings), std::move(from), diagnostics).run();
+    return FrameRenderer(wanted, input, std::move(facts), std::move(from), diagnostics).run();
 }
 
 }  // namespace velatura::app

@@ -231,9 +231,15 @@ Result<void> choose_samples(const RenderArguments& a, RenderJob& job) {
         return usage("--require-target needs --target-error, --spp or --samples");
     schedule.needs_sure_target = a.requires_target;
     if (!a.samples.empty()) {
-        if (a.spp) return usage("--samples and --spp cannot be combined");
+        if (!a.target_error.empty())
+            return usage(
+                "--samples and --target-error cannot be combined: a part has the error of its own "
+                "samples alone; render all parts, and run `velatura-comp noise` on the merged "
+                "file");
         const auto range = parse_sample_range(a.samples);
         if (!range) return usage("--samples: " + range.error().message);
+        if (a.spp && range->second > *a.spp)
+            return usage(fmt::format("--samples {} reaches beyond --spp {}", a.samples, *a.spp));
         schedule.first_sample = range->first;
         schedule.end_sample = range->second;
     }
@@ -296,6 +302,9 @@ Result<void> check_combinations(const RenderArguments& a) {
     if (a.matte_levels && a.cryptomatte.empty())
         return usage("--cryptomatte-levels needs --cryptomatte");
     if (!a.replay.empty() && a.resume) return usage("--replay traces one sample; remove --resume");
+    if (!a.rates_from.empty() && a.samples.empty()) return usage("--rates-from needs --samples");
+    if (!a.rates_from.empty() && a.adaptive == "off")
+        return usage("--rates-from and --adaptive off cannot be combined: all rates are 1");
     if (!a.for_mix.empty() && !a.resume) return usage("--for-mix needs --resume");
     if (!a.for_mix.empty() && !a.samples.empty())
         return usage("--for-mix has its own sample counts; remove --samples");

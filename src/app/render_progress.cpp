@@ -14,7 +14,7 @@ void RenderProgress::show(const integrator::RenderState& state, bool is_last) {
     if (!schedule.is_open_ended)
         p.samples_target = double(schedule.end_sample - schedule.first_sample);
     p.elapsed_s = state.elapsed_s;
-    p.left_s = is_last ? std::optional<double>(0.0) : state.left_s;
+    p.left_s = state.left_s;
     p.error = state.error;
     p.is_upper_error = state.is_upper_error;
     p.is_lower_error = state.is_lower_error;
@@ -31,6 +31,8 @@ void RenderProgress::finish(const film::Film& film,
     integrator::RenderState state;
     const bool is_stopped = result.reason == integrator::StopReason::Interrupted;
     state.fraction = is_stopped ? last_fraction_ : 1.0;
+    // Of what was stopped nobody knows when the rest comes
+    if (!is_stopped) state.left_s = 0.0;
     state.samples_per_pixel = noise.samples_mean;
     state.elapsed_s = result.seconds;
     state.rays = result.rays;

@@ -6,10 +6,12 @@
 #include "app/replay.h"
 #include "app/stop_signals.h"
 #include "integrator/subsurface_walk.h"
+#include "plugin/registry.h"
 
 #include <fmt/format.h>
 
 #include <string>
+#include <vector>
 
 namespace velatura::app {
 
@@ -70,9 +72,14 @@ int reject_frame(const RenderJob& job,
                  Diagnostics& diagnostics) {
     if (job.replay) return Done;
     if (!fits_limit(needs, diagnostics)) return MemoryReached;
+    const std::vector<std::string> plugins = plugin::unavailable_plugin_names();
     if (const size_t errors = diagnostics.error_count(); job.arguments.strict && errors > 0)
         diagnostics.error("strict", {}, {},
                           format_count(errors, "error") + "; --strict renders nothing");
+    else if (job.arguments.strict && !plugins.empty())
+        diagnostics.error("strict", {}, {},
+                          fmt::format("plugin {} is missing; --strict renders nothing",
+                                      fmt::join(plugins, ", ")));
     else if (job.arguments.missing_textures == "error" && unread_textures > 0)
         diagnostics.error("texture-failure", {}, {},
                           format_count(unread_textures, "unreadable texture") +

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/scene_loader.h"
 
+#include "app/failure_line.h"
 #include "app/missing_assets.h"
 #include "base/asset_bytes.h"
 #include "base/hash.h"
@@ -63,6 +64,7 @@ void print_diagnostics(Diagnostics& diagnostics, bool quiet, bool verbose) {
     const auto repeats = std::make_shared<RepeatedCodes>();
     diagnostics.set_listener([&diagnostics, repeats, quiet, verbose](const Diagnostic& d) {
         note_missing_asset(d);
+        if (d.severity == Severity::Error) note_error(fmt::format("{} [{}]", d.message, d.code));
         const bool is_wanted = d.severity == Severity::Error ||
                                (d.severity == Severity::Warning || is_choice(d) ? !quiet : verbose);
         if (is_wanted && (verbose || repeats->can_print(d.code)))

@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/stats.h"
 
-#include "accumulate/pixel_means.h"
 #include "app/accuracy.h"
+#include "app/build_id.h"
 #include "app/plan_report.h"
 #include "app/progress.h"
 #include "base/process/memory_limit.h"
+#include "base/process/process_times.h"
 #include "base/tasks.h"
-#include "film/truncation.h"
+#include "layers/stated_stats.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <unistd.h>
+
+#include <array>
 
 namespace velatura::app {
 
@@ -107,33 +111,6 @@ json make_bounce_stats(const integrator::BounceTrial& trial, int last_bounce) {
     return {{"last", last_bounce}, {"shares", trial.shares}, {"trial_paths", trial.rays.paths}};
 }
 
-namespace {
-
-/// What --max-depth cuts off, by the fall of the bounces.
-json depth_entry(int max_depth, const film::Film& film) {
-    json entry = {{"approximation", "max-depth"}, {"value", max_depth}, {"kind", "bias"}};
-    const std::optional<film::TruncatedLight> cut = film::truncated_light(film.sums(), max_depth);
-    if (!cut) {
-        constexpr int least_depth = 3;
-        entry["effect"] =
-            fmt::format("light of longer paths is missing; missing energy not estimated: {}",
-                        max_depth < least_depth
-                            ? "too few bounces to extrapolate from; use --max-depth 3 or more"
-                            : "use --bounces 3 or more");
-        return entry;
-    }
-    entry["missing_share"] = cut->share;
-    entry["low"] = cut->low;
-    entry["high"] = cut->high;
-    entry["effect"] = fmt::format(
-        "light of longer paths is missing: about {:.2g} % of all light ({:.2g} to {:.2g}), "
-        "extrapolated from the last bounces",
-        100 * cut->share, 100 * cut->low, 100 * cut->high);
-    return entry;
-}
-
-}  // namespace
-
 json make_ledger(const RenderJob& job,
                  const FrameInput& input,
                  const integrator::World& world,
@@ -154,7 +131,7 @@ json make_ledger(const RenderJob& job,
              {"effect", "unreadable textures are replaced by their fallbacks; not measured"}});
     }
     if (job.settings.tracer.max_depth > 0) {
-        ledger.push_back(depth_entry(job.settings.tracer.max_depth, film));
+        ledger.push_back(layers::depth_entry(job.settings.tracer.max_depth, film.sums()));
     }
     if (job.settings.tracer.estimator.roulette == integrator::Roulette::Cutoff) {
         ledger.push_back({{"approximation", "throughput-cutoff"},
@@ -171,19 +148,11 @@ json make_ledger(const RenderJob& job,
                           {"effect", "indirect light is missing; not measured"}});
     }
     if (job.settings.layers.has_clamp()) {
-        const double share = accumulate::clamped_share(film.sums());
         json limits;
         for (const auto& [name, limit] : {std::pair("direct", job.arguments.clamp_direct),
                                           std::pair("indirect", job.arguments.clamp_indirect)})
             if (limit) limits[name] = *limit;
-        ledger.push_back(
-            {{"approximation", "clamp"},
-             {"value", limits},
-             {"kind", "bias"},
-             {"removed_share", share},
-             {"effect",
-              fmt::format("{:.3g} % of the light of the image is removed; clamp_ layers store it",
-                          100 * share)}});
+        ledger.push_back(layers::clamp_entry(limits, film.sums()));
     }
     if (job.settings.tracer.filter == sampling::FilterKind::Mitchell) {
         ledger.push_back({{"approximation", "mitchell-ratio"},
@@ -213,6 +182,21 @@ json make_ledger(const RenderJob& job,
 }
 
 namespace {
+
+std::string host_name() {
+    std::array<char, 256> name{};
+    return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
+}
+
+/// What the frame cost: since the process was started or, of several frames, since the statistics
+/// of the one before.
+json process_json() {
+    static ProcessTimes before;
+    const ProcessTimes now = process_times();
+    const json j = {{"wall", now.wall_s - before.wall_s}, {"cpu", now.cpu_s - before.cpu_s}};
+    before = now;
+    return j;
+}
 
 json samples_json(const film::NoiseEstimate& noise,
                   const integrator::RenderResult& result,
@@ -254,10 +238,10 @@ json make_stats(const RenderJob& job,
                 const integrator::RenderResult& result) {
     const accel::AcceleratorStats accelerator = world.accelerator->stats();
     json j;
-    j["header"] = {{"schema", "velatura.stats/1"},
-                   {"app", "velatura"},
-                   {"version", VELATURA_VERSION},
-                   {"threads", thread_count()}};
+    j["header"] = {{"schema", "velatura.stats/1"}, {"app", "velatura"},
+                   {"version", VELATURA_VERSION},  {"build", build_id()},
+                   {"host", host_name()},          {"threads", thread_count()}};
+    j["process_s"] = process_json();
     j["scene"] = make_scene_stats(input, world);
     j["phases_s"] = {{"open", input.open_s},
                      {"sync", input.translate_s},
@@ -284,7 +268,7 @@ json make_stats(const RenderJob& job,
     j["rays_per_s"] = result.seconds > 0 ? double(result.rays.total()) / result.seconds : 0.0;
     j["paths_per_s"] = result.seconds > 0 ? double(result.rays.paths) / result.seconds : 0.0;
     const std::optional<ImageError> stated = image_error(job, film, noise, result.curve);
-    json error = error_json(stated);
+    json error = layers::error_json(stated);
     if (!result.layer_noise.empty())
         error["layers"] = layer_noise_json(result.layer_noise, stated ? stated->error.value : 0.0);
     error["target"] = job.settings.schedule.target_error;

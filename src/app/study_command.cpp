@@ -47,13 +47,28 @@ int fail(const Error& error, int code) {
 }
 
 /// Options of a render that a study has no use for: it neither lists nor takes them.
-constexpr std::array refused_options = {
-    "--frames",       "--samples",        "--resumable",   "--for-mix",
-    "--target-error", "--require-target", "--halves",      "--deep",
-    "--deep-samples", "--checkpoint",     "--snapshot",    "--stats",
-    "--strict",       "--replay",         "--cryptomatte", "--cryptomatte-levels",
-    "--clamp-direct", "--clamp-indirect", "--exr-layout",  "--mode",
-    "--tile"};
+constexpr std::array refused_options = {"--frames",
+                                        "--samples",
+                                        "--rates-from",
+                                        "--resumable",
+                                        "--for-mix",
+                                        "--target-error",
+                                        "--require-target",
+                                        "--halves",
+                                        "--deep",
+                                        "--deep-samples",
+                                        "--checkpoint",
+                                        "--snapshot",
+                                        "--stats",
+                                        "--strict",
+                                        "--replay",
+                                        "--cryptomatte",
+                                        "--cryptomatte-levels",
+                                        "--clamp-direct",
+                                        "--clamp-indirect",
+                                        "--exr-layout",
+                                        "--mode",
+                                        "--tile"};
 
 /// The first of them that was given; empty: none.
 std::string refused_option(const Command& command) {
@@ -228,8 +243,8 @@ class FrameStudy {
         // What a stored study must agree with: the image, the build, and what is tried
         std::string text =
             fmt::format("{} {:016x} {} {}",
-                        settings_hash(frame_settings(job_, input_), layers_of(job_, input_.scene),
-                                      renderer_.window()),
+                        settings_hash(frame_settings(job_, input_, scene_files(input_.scene)),
+                                      layers_of(job_, input_.scene), renderer_.window()),
                         input_.content_hash, subject_.build, subject_.spp);
         for (const study::Setting& s : settings_) text += "|" + s.options;
         fingerprint_ = fmt::format("{:016x}", hash_string(text));

@@ -3,6 +3,7 @@
 
 #include "accumulate/pixel_means.h"
 #include "base/check.h"
+#include "statistics/stated_error.h"
 
 #include <algorithm>
 #include <bit>
@@ -215,19 +216,7 @@ NoiseEstimate Film::noise() const {
         }
     }
     result.samples_mean = double(samples) / double(w.pixel_count());
-    const auto fill = [&](int y, size_t at, statistics::NoisyImage& strip) {
-        for (int x = w.x0; x < w.x1; ++x, ++at) {
-            const accumulate::PixelHalves h =
-                accumulate::resolve_halves(sums_, x, y, AccumulatorTable::beauty);
-            if (!h.is_known) return false;
-            for (size_t c = 0; c < 3; ++c) {
-                strip[c].mean[at] = float(h.mean[c]);
-                strip[c].variance[at] = float(h.variance[c]);
-            }
-        }
-        return true;
-    };
-    const std::optional<statistics::RelativeError> error = statistics::image_error(w, fill);
+    const std::optional<statistics::RelativeError> error = statistics::half_image_error(sums_);
     result.is_known = error.has_value();
     if (error) result.error = *error;
     return result;

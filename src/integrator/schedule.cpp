@@ -483,6 +483,7 @@ RenderResult run_schedule(film::Film& film,
     RenderResult result = options.mode == RenderMode::Tile
                               ? run_tile_mode(runner, options)
                               : run_progressive_mode(film, runner, options, callbacks);
+    result.has_more = runner.has_more(result.end_sample);
     result.seconds = runner.progress().elapsed_s();
     result.rays = runner.progress().rays();
     return result;

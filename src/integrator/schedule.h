@@ -55,7 +55,8 @@ struct RenderResult {
     uint64_t end_sample = 0;  ///< every pixel has what it gets of the sample indices [first_sample,
                               ///< end_sample), see SampleRates
     bool is_uniform =
-        true;  ///< false: interrupted inside a pass; pixels differ in how far they are
+        true;               ///< false: interrupted inside a pass; pixels differ in how far they are
+    bool has_more = false;  ///< the film came with samples at indices from end_sample on
     double seconds = 0;
     RayCounts rays;
     statistics::ErrorCurve curve;  ///< progressive, at powers of two

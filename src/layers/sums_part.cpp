@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "layers/sums_part.h"
 
+#include "base/tasks.h"
 #include "image/digest.h"
 #include "layers/cryptomatte_layers.h"
 #include "layers/layer_header.h"
@@ -10,12 +11,14 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <charconv>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <optional>
+#include <span>
 #include <string_view>
 
 namespace velatura::layers {
@@ -170,6 +173,47 @@ Result<StoredSums> stored_sums(const image::Image& image, uint32_t accumulators)
     return stored;
 }
 
+/// Appends the stored samples of one pixel after the other. One per thread.
+class PixelReader {
+  public:
+    explicit PixelReader(const StoredSums& stored) : stored_(stored), sums_(stored.nodes.size()) {}
+
+    /// False where the pixel's range is none, or does not follow the samples that it has.
+    bool append(size_t i, int x, int y, accumulate::SampleSums& sums) {
+        const auto record = stored_.records.at(i);
+        if (!record) return false;
+        const accumulate::PixelRecord& before = sums.record(x, y);
+        const bool had_none = before.first == before.end;
+        if (!had_none && record->first != record->end && record->first != before.end) return false;
+        accumulate::DyadicRule(record->first).set_nodes(record->first, record->end, nodes_);
+        size_t used = 0;
+        for (const auto& [accumulator, nodes] : stored_.nodes) {
+            accumulate::NodeSums& s = sums_[used];
+            s.accumulator = accumulator;
+            s.nodes.resize(nodes_.size());
+            bool is_zero = true;
+            for (size_t n = 0; n < nodes_.size(); ++n) {
+                std::array<uint32_t, 6> words{};
+                for (size_t k = 0; n < nodes.size() && k < words.size(); ++k) {
+                    if (nodes[n][k]) words[k] = (*nodes[n][k])[i];
+                }
+                s.nodes[n] = triple_of(words);
+                is_zero = is_zero && s.nodes[n].is_zero();
+            }
+            if (!is_zero) ++used;
+        }
+        sums.append(x, y, *record, std::span<const accumulate::NodeSums>(sums_.data(), used));
+        if (const auto mean = stored_.records.earlier_at(i); mean && had_none)
+            sums.set_earlier_mean(x, y, *mean);
+        return true;
+    }
+
+  private:
+    const StoredSums& stored_;
+    std::vector<accumulate::NodeSums> sums_;
+    std::vector<accumulate::DyadicNode> nodes_;
+};
+
 std::string bookkeeping_digest(const image::Image& image) {
     std::vector<const image::Channel*> channels;
     for (const image::Part& part : image.parts) {
@@ -273,65 +317,69 @@ bool are_sums_intact(const image::Image& image) {
     return j.is_object() && j.contains("sha256") && j["sha256"] == digest;
 }
 
+Result<std::vector<accumulate::PixelRecord>> stored_records(const image::Image& image) {
+    StoredRecords stored;
+    for (const image::Part& part : image.parts) {
+        for (const image::Channel& c : part.channels) {
+            if (image::is_bookkeeping(c.name)) stored.take(c.name, words_of(image, c));
+        }
+    }
+    if (!stored.is_whole()) return damaged();
+    std::vector<accumulate::PixelRecord> records(image.data.pixel_count());
+    for (size_t i = 0; i < records.size(); ++i) {
+        const auto record = stored.at(i);
+        if (!record) return damaged();
+        records[i] = *record;
+    }
+    return records;
+}
+
 Result<std::vector<uint64_t>> stored_counts(const image::Image& image) {
     if (image.text(sums_attribute).empty())
         return Error{"no-sums", "the file is not resumable: it has no sums"};
-    StoredRecords records;
-    for (const image::Part& part : image.parts) {
-        for (const image::Channel& c : part.channels) {
-            if (image::is_bookkeeping(c.name)) records.take(c.name, words_of(image, c));
-        }
-    }
-    if (!records.is_whole()) return damaged();
-    std::vector<uint64_t> counts(image.data.pixel_count());
-    for (size_t i = 0; i < counts.size(); ++i) {
-        const auto record = records.at(i);
-        if (!record) return damaged();
-        counts[i] = record->end - record->first;
-    }
+    const auto records = stored_records(image);
+    if (!records) return records.error();
+    std::vector<uint64_t> counts(records->size());
+    for (size_t i = 0; i < counts.size(); ++i) counts[i] = (*records)[i].end - (*records)[i].first;
     return counts;
 }
 
-Result<accumulate::SampleSums> read_sums(const image::Image& image) {
+Result<accumulate::SampleSums> empty_sums(const image::Image& image) {
     const std::string text = image.text(sums_attribute);
     if (text.empty()) return Error{"no-sums", "the file is not resumable: it has no sums"};
     const auto j = nlohmann::json::parse(text, nullptr, false);
-    if (!j.is_object() || !j.contains("layerSet") || !are_sums_intact(image)) return damaged();
-    auto set = accumulate::LayerSet::from_json(j["layerSet"].dump());
+    if (!j.is_object() || !j.contains("layerSet")) return damaged();
+    const auto set = accumulate::LayerSet::from_json(j["layerSet"].dump());
     if (!set) return set.error();
+    return accumulate::SampleSums(image.data, *set);
+}
 
-    accumulate::SampleSums sums(image.data, *set);
+Result<void> append_sums(const image::Image& image, accumulate::SampleSums& sums) {
+    if (image.data != sums.window() || !are_sums_intact(image)) return damaged();
     const auto stored = stored_sums(image, sums.table().total_count());
     if (!stored) return stored.error();
     const image::Window& w = image.data;
-    std::vector<accumulate::NodeSums> pixel_sums;
-    for (int y = w.y0; y < w.y1; ++y) {
-        for (int x = w.x0; x < w.x1; ++x) {
-            const size_t i = w.index(x, y);
-            const auto record = stored->records.at(i);
-            if (!record) return damaged();
-            const size_t node_count =
-                accumulate::DyadicRule(record->first).nodes(record->first, record->end).size();
-            pixel_sums.clear();
-            for (const auto& [accumulator, nodes] : stored->nodes) {
-                accumulate::NodeSums s;
-                s.accumulator = accumulator;
-                for (size_t n = 0; n < node_count; ++n) {
-                    std::array<uint32_t, 6> words{};
-                    for (size_t k = 0; n < nodes.size() && k < words.size(); ++k) {
-                        if (nodes[n][k]) words[k] = (*nodes[n][k])[i];
-                    }
-                    s.nodes.push_back(triple_of(words));
-                }
-                pixel_sums.push_back(std::move(s));
+    constexpr int rows = accumulate::SampleSums::tile_size;
+    std::atomic<bool> is_damaged = false;
+    parallel_for(size_t((w.height() + rows - 1) / rows), [&](size_t strip) {
+        PixelReader reader(*stored);
+        const int y0 = w.y0 + int(strip) * rows;
+        for (int y = y0; y < std::min(y0 + rows, w.y1); ++y) {
+            for (int x = w.x0; x < w.x1; ++x) {
+                if (is_damaged) return;
+                if (!reader.append(w.index(x, y), x, y, sums)) is_damaged = true;
             }
-            sums.append(x, y, *record, pixel_sums);
-            if (const auto mean = stored->records.earlier_at(i)) sums.set_earlier_mean(x, y, *mean);
         }
-    }
-    if (sums.mattes()) {
-        if (auto read = read_matte_sums(image, sums); !read) return read.error();
-    }
+    });
+    if (is_damaged) return damaged();
+    if (sums.mattes()) return read_matte_sums(image, sums);
+    return {};
+}
+
+Result<accumulate::SampleSums> read_sums(const image::Image& image) {
+    Result<accumulate::SampleSums> sums = empty_sums(image);
+    if (!sums) return sums;
+    if (const Result<void> ok = append_sums(image, *sums); !ok) return ok.error();
     return sums;
 }
 

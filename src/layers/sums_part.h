@@ -25,6 +25,17 @@ std::string sums_json(const accumulate::LayerSet& set, const image::Image& image
 /// Errors: "no-sums" (written without sums), "sums-damaged".
 Result<accumulate::SampleSums> read_sums(const image::Image& image);
 
+/// Sums without samples, for append_sums() of this file and of those that follow on it. Errors:
+/// "no-sums", "sums-damaged".
+Result<accumulate::SampleSums> empty_sums(const image::Image& image);
+
+/// Adds the stored samples to sums of the same window and layer set; in every pixel they must
+/// follow those that are there. Errors: "sums-damaged"; the sums are of no use then.
+Result<void> append_sums(const image::Image& image, accumulate::SampleSums& sums);
+
+/// The records of every pixel, [pixel of the data window]. Errors: "sums-damaged".
+Result<std::vector<accumulate::PixelRecord>> stored_records(const image::Image& image);
+
 /// Samples of every pixel, [pixel of the data window]. Errors: "no-sums", "sums-damaged".
 Result<std::vector<uint64_t>> stored_counts(const image::Image& image);
 

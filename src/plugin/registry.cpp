@@ -220,4 +220,11 @@ std::vector<Error> unavailable_plugins() {
     return reasons;
 }
 
+std::vector<std::string> unavailable_plugin_names() {
+    const std::lock_guard lock(unavailable().mutex);
+    std::vector<std::string> names;
+    for (const auto& [name, why] : unavailable().by_name) names.push_back(name);
+    return names;
+}
+
 }  // namespace velatura::plugin

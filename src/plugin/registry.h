@@ -71,4 +71,7 @@ Result<const void*> open_needed(const Need& need);
 /// incomplete. Thread-safe.
 std::vector<Error> unavailable_plugins();
 
+/// Their names, in the same order. Thread-safe.
+std::vector<std::string> unavailable_plugin_names();
+
 }  // namespace velatura::plugin

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Furnaces: energy that must come out exactly (H14, H20, H31, H32).
-#include "film/truncation.h"
 #include "hard_case.h"
+#include "statistics/truncation.h"
 #include "test_scene.h"
 
 #include <fmt/format.h>
@@ -86,7 +86,7 @@ TEST(Furnace, WhatADepthCutsOffIsForetold) {
                     options.estimator.light_sampling = integrator::LightSampling::Bsdf;
                 const RenderedLayers layers = render(closed_ball(albedo, 1.0f - albedo), options);
                 const std::optional<film::TruncatedLight> cut =
-                    film::truncated_light(layers.film.sums(), max_depth);
+                    statistics::truncated_light(layers.film.sums(), max_depth);
                 ASSERT_TRUE(cut.has_value());
                 fmt::print("albedo {}, depth {}{}: {:.5f} (to {:.5f}) of {:.5f} is cut off\n",
                            albedo, max_depth, looks_for_lights ? ", lights sampled" : "",
@@ -102,7 +102,7 @@ TEST(Furnace, WhatADepthCutsOffIsForetold) {
 TEST(Furnace, WhatADepthCutsOffNeedsBounces) {
     const RenderedLayers layers = render(
         closed_ball(0.5f, 0.5f), {.size = 16, .samples = 4, .last_bounce = 0, .max_depth = 5});
-    EXPECT_FALSE(film::truncated_light(layers.film.sums(), 5).has_value());
+    EXPECT_FALSE(statistics::truncated_light(layers.film.sums(), 5).has_value());
 }
 
 TEST(H31Furnace, AThousandBouncesAreAllThere) {

@@ -31,15 +31,15 @@ double number(uint64_t seed, uint64_t i) {
 }
 
 /// Pixels with ranges of several nodes, from other samples on, with no samples; many things in one
-/// pixel.
-accumulate::SampleSums some_sums() {
+/// pixel. `is_later`: with samples that follow on these.
+accumulate::SampleSums some_sums(bool is_later = false) {
     const accumulate::LayerSet set = some_set();
     accumulate::SampleSums sums(window, set);
     for (int y = window.y0; y < window.y1; ++y) {
         for (int x = window.x0; x < window.x1; ++x) {
-            const uint64_t i = window.index(x, y), first = i % 3;
+            const uint64_t i = window.index(x, y), first = i % 3 + (is_later ? i % 12 : 0);
             const accumulate::PixelRecord record{.first = first,
-                                                 .end = first + i % 12,
+                                                 .end = first + i % (is_later ? 7 : 12),
                                                  .prim_id = uint32_t(i),
                                                  .has_ids = i % 2 == 0,
                                                  .rate = uint8_t(i % 4)};
@@ -124,6 +124,32 @@ TEST(SumsPart, ComesBackAsItWas) {
     const auto counts = layers::stored_counts(image_of(sums));
     ASSERT_TRUE(counts.has_value());
     for (size_t i = 0; i < counts->size(); ++i) EXPECT_EQ((*counts)[i], i % 12);
+}
+
+/// Straight from the files, as from sums that were read before.
+TEST(SumsPart, AppendsThoseOfLaterSamples) {
+    accumulate::SampleSums expected = some_sums();
+    const accumulate::SampleSums later = some_sums(true);
+    expected.append(later);
+    auto sums = layers::empty_sums(image_of(some_sums()));
+    ASSERT_TRUE(sums.has_value());
+    ASSERT_TRUE(layers::append_sums(image_of(some_sums()), *sums).has_value());
+    ASSERT_TRUE(layers::append_sums(image_of(later), *sums).has_value());
+    EXPECT_EQ(layers::sums_json(sums->layer_set(), image_of(*sums)),
+              layers::sums_json(expected.layer_set(), image_of(expected)));
+    EXPECT_EQ(sums->record(0, 5).end, expected.record(0, 5).end);
+    // What does not follow
+    EXPECT_EQ(layers::append_sums(image_of(later), *sums).error().code, "sums-damaged");
+    const auto records = layers::stored_records(image_of(later));
+    ASSERT_TRUE(records.has_value());
+    for (int y = window.y0; y < window.y1; ++y) {
+        for (int x = window.x0; x < window.x1; ++x) {
+            const accumulate::PixelRecord& record = (*records)[window.index(x, y)];
+            ASSERT_EQ(record.first, later.record(x, y).first);
+            ASSERT_EQ(record.end, later.record(x, y).end);
+            ASSERT_EQ(record.rate, later.record(x, y).rate);
+        }
+    }
 }
 
 TEST(SumsPart, HasTheChannelsOfItsContract) {

@@ -53,6 +53,13 @@ std::string part(const std::string& name,
     return path;
 }
 
+Result<layers::WriteReport> merge(const std::vector<std::string>& inputs,
+                                  const std::string& output,
+                                  const MergeOptions& options = {}) {
+    MergeReport report;
+    return merge_files(inputs, output, options, report);
+}
+
 TEST(Merge, ReproducesTheSingleRenderBitForBit) {
     const auto whole = layers::read_layer_file(
         part("whole", 0, 13, [](auto&, auto& info) { info.store_sums = false; }));
@@ -65,7 +72,7 @@ TEST(Merge, ReproducesTheSingleRenderBitForBit) {
         }
         // The order on the command line does not matter
         std::reverse(inputs.begin(), inputs.end());
-        const auto merged = merge_files(inputs, out, false);
+        const auto merged = merge(inputs, out);
         ASSERT_TRUE(merged.has_value()) << merged.error().message;
         const auto image = layers::read_layer_file(out);
         EXPECT_EQ(merged->sha256, image::digest_of(*whole));
@@ -84,8 +91,8 @@ TEST(Merge, ReproducesTheSingleRenderBitForBit) {
 TEST(Merge, GoesOnFromAMergedFile) {
     const std::string ab = film::temporary_file("merge_ab.exr"),
                       abc = film::temporary_file("merge_abc.exr");
-    ASSERT_TRUE(merge_files({part("a", 0, 3), part("b", 3, 6)}, ab, true).has_value());
-    const auto merged = merge_files({ab, part("c", 6, 11)}, abc, false);
+    ASSERT_TRUE(merge({part("a", 0, 3), part("b", 3, 6)}, ab, {.keep_sums = true}).has_value());
+    const auto merged = merge({ab, part("c", 6, 11)}, abc);
     ASSERT_TRUE(merged.has_value()) << merged.error().message;
     EXPECT_EQ(merged->sha256, image::digest_of(*layers::read_layer_file(part("all", 0, 11))));
 }
@@ -135,7 +142,7 @@ TEST(Merge, RefusesWhatDoesNotFit) {
         {"no sums", part("sums", 4, 8, [](auto&, auto& info) { info.store_sums = false; })},
     };
     for (const Case& c : cases) {
-        const auto merged = merge_files({first, c.other}, out, false);
+        const auto merged = merge({first, c.other}, out);
         ASSERT_FALSE(merged.has_value()) << c.says;
         EXPECT_EQ(merged.error().code, "merge-refused");
         EXPECT_NE(merged.error().message.find(c.says), std::string::npos) << merged.error().message;
@@ -152,9 +159,7 @@ TEST(Merge, RefusesDamagedSums) {
         }
     }
     ASSERT_TRUE(layers::write_image_file(second, *image).has_value());
-    EXPECT_EQ(merge_files({first, second}, film::temporary_file("merge_damaged_out.exr"), false)
-                  .error()
-                  .code,
+    EXPECT_EQ(merge({first, second}, film::temporary_file("merge_damaged_out.exr")).error().code,
               "merge-refused");
 }
 

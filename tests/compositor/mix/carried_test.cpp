@@ -176,7 +176,8 @@ TEST(Carried, DenoiseMixAndMergeKeepTags) {
     expect_tags(*denoised);
     expect_tags(apply_mix(*stack, *plan_mix(*stack, {}), {}, true));
     const std::string merged = path_of("merged.exr");
-    ASSERT_TRUE(merge_files(parts, merged, false).has_value());
+    MergeReport merge_report;
+    ASSERT_TRUE(merge_files(parts, merged, {}, merge_report).has_value());
     expect_tags(*layers::read_layer_file(merged));
 }
 

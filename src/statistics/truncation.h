@@ -5,7 +5,7 @@
 
 #include <optional>
 
-namespace velatura::film {
+namespace velatura::statistics {
 
 /// The light of paths that a limit on scatterings cut off, as a share of all light of the image.
 struct TruncatedLight {
@@ -19,4 +19,4 @@ struct TruncatedLight {
 /// few bounces were kept one by one, or if they do not fall.
 std::optional<TruncatedLight> truncated_light(const accumulate::SampleSums& sums, int max_depth);
 
-}  // namespace velatura::film
+}  // namespace velatura::statistics

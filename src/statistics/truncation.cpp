@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "film/truncation.h"
+#include "statistics/truncation.h"
 
 #include "accumulate/layer_sources.h"
 #include "accumulate/pixel_means.h"
@@ -9,7 +9,7 @@
 #include <cmath>
 #include <vector>
 
-namespace velatura::film {
+namespace velatura::statistics {
 
 namespace {
 
@@ -135,4 +135,4 @@ std::optional<TruncatedLight> truncated_light(const accumulate::SampleSums& sums
     return result;
 }
 
-}  // namespace velatura::film
+}  // namespace velatura::statistics

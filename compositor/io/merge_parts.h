@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "compositor/io/merge.h"
+#include "layers/layer_header.h"
+
+#include <nlohmann/json.hpp>
+
+#include <string>
+#include <vector>
+
+namespace velatura::compositor {
+inline namespace io {
+
+/// What the header of a file to merge says.
+struct PartHeader {
+    std::string path;
+    MergePart part;
+    layers::SampleInfo samples;
+    layers::FileInfo info;
+    image::Window window;
+    nlohmann::json layer_set;  ///< of its sums
+    nlohmann::json settings;   ///< velatura/settings; null where there is none
+    std::string samples_text;  ///< velatura/samples, as it stands
+};
+
+/// Reads the headers alone, by samples; adds files that cannot be parts to the faults.
+std::vector<PartHeader> read_part_headers(const std::vector<std::string>& paths,
+                                          std::vector<MergeFault>& faults);
+
+/// Adds all that keeps the files from being parts of one render with the samples expected. Parts
+/// that differ are compared with the file that most others agree with.
+void find_faults(const std::vector<PartHeader>& parts,
+                 const MergeOptions& options,
+                 std::vector<MergeFault>& faults);
+
+/// velatura/settings of the parts together.
+std::string merged_settings(const std::vector<PartHeader>& parts);
+
+}  // namespace io
+}  // namespace velatura::compositor

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "layers/stated_stats.h"
+
+#include "accumulate/pixel_means.h"
+#include "statistics/truncation.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace velatura::layers {
+
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+/// By the sampler that the statistics name and whether the sums have halves.
+statistics::PointRelations relations_of(const std::string& sampler, bool has_halves) {
+    return {.has_independent_halves = has_halves || sampler == "independent",
+            .has_dependent_changes = !has_halves && sampler == "stratified"};
+}
+
+std::string text_at(const Json& j, const char* name) {
+    return j.is_object() && j.contains(name) && j[name].is_string() ? j[name].get<std::string>()
+                                                                    : std::string();
+}
+
+}  // namespace
+
+Json error_json(const std::optional<statistics::StatedError>& error) {
+    Json j;
+    j["metric"] = "sqrt(relMSE)";
+    if (!error) return j;
+    j["mean"] = error->error.value;
+    j["low"] = error->error.low;
+    j["high"] = error->error.high;
+    j["confidence"] = 0.95;
+    j["is_upper"] = error->is_upper;
+    j["is_lower"] = error->is_lower;
+    if (error->error.is_lower) j["half_in_pixels"] = error->error.half_in;
+    return j;
+}
+
+Json depth_entry(int max_depth, const accumulate::SampleSums& sums) {
+    Json entry = {{"approximation", "max-depth"}, {"value", max_depth}, {"kind", "bias"}};
+    const std::optional<statistics::TruncatedLight> cut =
+        statistics::truncated_light(sums, max_depth);
+    if (!cut) {
+        constexpr int least_depth = 3;
+        entry["effect"] =
+            fmt::format("light of longer paths is missing; missing energy not estimated: {}",
+                        max_depth < least_depth
+                            ? "too few bounces to extrapolate from; use --max-depth 3 or more"
+                            : "use --bounces 3 or more");
+        return entry;
+    }
+    entry["missing_share"] = cut->share;
+    entry["low"] = cut->low;
+    entry["high"] = cut->high;
+    entry["effect"] = fmt::format(
+        "light of longer paths is missing: about {:.2g} % of all light ({:.2g} to {:.2g}), "
+        "extrapolated from the last bounces",
+        100 * cut->share, 100 * cut->low, 100 * cut->high);
+    return entry;
+}
+
+Json clamp_entry(const Json& limits, const accumulate::SampleSums& sums) {
+    const double share = accumulate::clamped_share(sums);
+    return {{"approximation", "clamp"},
+            {"value", limits},
+            {"kind", "bias"},
+            {"removed_share", share},
+            {"effect",
+             fmt::format("{:.3g} % of the light of the image is removed; clamp_ layers store it",
+                         100 * share)}};
+}
+
+std::string stats_of_whole(const std::string& stats_of_part, const accumulate::SampleSums& sums) {
+    Json stats = Json::parse(stats_of_part, nullptr, false);
+    if (!stats.is_object()) return stats_of_part;
+    const std::string sampler =
+        stats.contains("estimator") ? text_at(stats["estimator"], "sampler") : std::string();
+    if (!sampler.empty() && stats.contains("error"))
+        stats["error"] = error_json(
+            statistics::stated_error(sums, relations_of(sampler, sums.layer_set().halves)));
+    if (!stats.contains("ledger") || !stats["ledger"].is_array()) return stats.dump();
+    for (Json& entry : stats["ledger"]) {
+        const std::string name = text_at(entry, "approximation");
+        if (name == "max-depth" && entry.contains("value") && entry["value"].is_number_integer())
+            entry = depth_entry(entry["value"].get<int>(), sums);
+        if (name == "clamp" && entry.contains("value")) entry = clamp_entry(entry["value"], sums);
+    }
+    return stats.dump();
+}
+
+}  // namespace velatura::layers

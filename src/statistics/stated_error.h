@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accumulate/sample_sums.h"
+#include "statistics/relative_error.h"
+
+#include <optional>
+
+namespace velatura::statistics {
+
+/// The relative standard error of an image, as its file states it.
+struct StatedError {
+    RelativeError error;
+    bool is_upper = false;  ///< it is no more than that: the halves make up for each other's errors
+    bool is_lower = false;  ///< it is no less than that: ErrorCurve::is_lower
+};
+
+/// What the sample points of a pixel have to do with each other.
+struct PointRelations {
+    bool has_independent_halves = false;  ///< even and odd samples know nothing of each other
+    bool has_dependent_changes = false;   ///< what later samples change is no more than an upper
+                                          ///< bound of the error: strata
+};
+
+/// By the difference of the even and the odd samples of each pixel. Nothing before every pixel has
+/// a sample in each half.
+std::optional<RelativeError> half_image_error(const accumulate::SampleSums& sums);
+
+/// What any run of a render says, from its sums alone: from independent halves, else from how its
+/// pixels changed at last or, of parts that do not begin with the first sample, from the halves.
+std::optional<StatedError> stated_error(const accumulate::SampleSums& sums,
+                                        const PointRelations& points);
+
+}  // namespace velatura::statistics
