@@ -8,6 +8,7 @@
 #include "base/frames.h"
 #include "base/package_path.h"
 #include "base/tasks.h"
+#include "farm/engine.h"
 #include "farm/job.h"
 #include "farm/local_engine.h"
 #include "farm/merge_job.h"
@@ -19,7 +20,9 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <chrono>
+#include <csignal>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -38,7 +41,9 @@ struct SubmitArguments {
     RenderArguments render;
     std::string engine = "local", job, name, program;
     std::string pieces = "auto";
-    int retries = 2, slots = 0;
+    int retries = 2, slots = 0, chunk = 0;
+    std::string account, partition, constraint, show, shot, facility;
+    std::vector<std::string> sbatch;
     bool is_dry_run = false;
 };
 
@@ -54,10 +59,47 @@ constexpr std::array refused_options = {
     "--deep-samples", "--crop",         "--replay",   "--stats"};
 
 /// Options that a job stores in another form.
-constexpr std::array own_options = {"--output",   "--frames", "--spp",     "--checkpoint",
-                                    "--progress", "--quiet",  "--verbose", "--engine",
-                                    "--job",      "--name",   "--program", "--pieces",
-                                    "--retries",  "--slots",  "--dry-run", "--overwrite-input"};
+constexpr std::array own_options = {
+    "--output",          "--frames",  "--spp",       "--checkpoint", "--progress",
+    "--quiet",           "--verbose", "--engine",    "--job",        "--name",
+    "--program",         "--pieces",  "--retries",   "--slots",      "--dry-run",
+    "--overwrite-input", "--account", "--partition", "--constraint", "--sbatch",
+    "--chunk",           "--show",    "--shot",      "--facility"};
+
+/// The options of the engine, each of which belongs to one. Errors: "usage".
+Result<std::vector<std::string>> engine_options(const SubmitArguments& a, farm::Engine engine) {
+    using farm::Engine;
+
+    struct Row {
+        const char* name;
+        const std::string& value;
+        std::vector<Engine> engines;
+    };
+
+    const std::string chunk = a.chunk > 0 ? std::to_string(a.chunk) : "";
+    const std::string threads = a.render.threads > 0 ? std::to_string(a.render.threads) : "";
+    const Row rows[] = {{"account", a.account, {Engine::Slurm}},
+                        {"partition", a.partition, {Engine::Slurm}},
+                        {"constraint", a.constraint, {Engine::Slurm}},
+                        {"show", a.show, {Engine::OpenCue}},
+                        {"shot", a.shot, {Engine::OpenCue}},
+                        {"facility", a.facility, {Engine::OpenCue}},
+                        {"chunk", chunk, {Engine::OpenCue, Engine::OpenJobDescription}}};
+    std::vector<std::string> words;
+    for (const Row& row : rows) {
+        if (row.value.empty()) continue;
+        if (std::find(row.engines.begin(), row.engines.end(), engine) == row.engines.end())
+            return Error{"usage", fmt::format("--{} has no effect with --engine {}", row.name,
+                                              farm::name_of(engine))};
+        words.push_back(fmt::format("--{}={}", row.name, row.value));
+    }
+    if (!a.sbatch.empty() && engine != Engine::Slurm)
+        return Error{"usage", "--sbatch needs --engine slurm"};
+    if (!threads.empty() && engine == Engine::Slurm) words.push_back("--cpus-per-task=" + threads);
+    if (!threads.empty() && engine == Engine::OpenCue) words.push_back("--threads=" + threads);
+    words.insert(words.end(), a.sbatch.begin(), a.sbatch.end());
+    return words;
+}
 
 /// The output without extension and frame number, as a folder.
 std::string default_folder(const std::string& output) {
@@ -119,11 +161,14 @@ Result<farm::Job> make_job(const SubmitArguments& a, const Command& command) {
         return Error{"file-not-found", fmt::format("{} not found", a.render.scene)};
     const auto engine = farm::engine_of(a.engine);
     if (!engine) return engine.error();
+    const auto for_engine = engine_options(a, *engine);
+    if (!for_engine) return for_engine.error();
     const auto frames = frames_of(a.render);
     if (!frames) return frames.error();
 
     farm::Job job;
     job.engine = *engine;
+    job.engine_options = *for_engine;
     const std::string folder = a.job.empty() ? default_folder(a.render.output) : a.job;
     job.folder = fs::absolute(folder).lexically_normal().string();
     while (job.folder.size() > 1 && job.folder.back() == '/') job.folder.pop_back();
@@ -202,7 +247,17 @@ int run_here(const farm::Job& job, bool is_quiet) {
 
 /// Gives what lacks of a job to its engine.
 int start_job(const farm::Job& job, bool is_quiet) {
-    return run_here(job, is_quiet);
+    if (job.engine == farm::Engine::Local) return run_here(job, is_quiet);
+    const auto states = farm::read_pieces(job);
+    if (!states) return fail(states.error());
+    std::vector<size_t> pieces;
+    for (size_t i = 0; i < states->size(); ++i)
+        if ((*states)[i].state != farm::State::Done && (*states)[i].state != farm::State::Running)
+            pieces.push_back(i);
+    const auto submitted = farm::submit_pieces(job, pieces);
+    if (!submitted) return fail(submitted.error());
+    if (!is_quiet) fmt::print("{}\n", *submitted);
+    return Done;
 }
 
 int run_submit(const SubmitArguments& a, const Command& command) {
@@ -252,7 +307,8 @@ int run_cancel(const std::string& folder) {
     const auto job = farm::read_job(folder);
     if (!job) return fail(job.error());
     if (const auto ok = write_file_atomically(job->cancel_file(), ""); !ok) return fail(ok.error());
-    return Done;
+    const Result<void> canceled = farm::cancel_tasks(*job);
+    return canceled ? int(Done) : fail(canceled.error());
 }
 
 int run_retry(const std::string& folder, bool is_quiet) {
@@ -262,28 +318,131 @@ int run_retry(const std::string& folder, bool is_quiet) {
     return start_job(*job, is_quiet);
 }
 
-int run_one_piece(const std::string& folder, uint64_t piece) {
-    const auto job = farm::read_job(folder);
-    if (!job) return fail(job.error());
-    const StopSignals signals;
-    const auto state = farm::run_piece(*job, piece, run_options());
-    if (!state) return fail(state.error());
-    const farm::Attempt& a = state->attempts.back();
-    if (state->state == farm::State::Done) {
-        fmt::print("{} done on {} in {:.1f} s\n", job->title(piece), a.node, a.wall_s);
-        return Done;
+/// Slurm's warning before a time limit or a preemption, which it sends to this process alone.
+std::atomic<bool> is_warned = false;
+
+void on_warning(int) {
+    is_warned = true;
+}
+
+struct TaskArguments {
+    std::string job, pieces, progress = "none";
+    bool resubmits = false;
+};
+
+/// Lines of Open Job Description about a piece.
+class TaskProgress {
+  public:
+    TaskProgress(const farm::Job& job, bool is_shown) : job_(job), is_shown_(is_shown) {}
+
+    void show(size_t piece, double percent) const {
+        if (!is_shown_) return;
+        fmt::print("openjd_progress: {:.1f}\nopenjd_status: {}\n", percent, job_.title(piece));
+        std::fflush(stdout);
     }
-    fmt::print(stderr, "error: {} failed on {}: {} [farm-piece-failed]\n", job->title(piece),
-               a.node, a.reason);
+
+    void fail(const std::string& why) const {
+        if (is_shown_) fmt::print("openjd_fail: {}\n", why);
+    }
+
+  private:
+    const farm::Job& job_;
+    bool is_shown_;
+};
+
+/// Starts this task of Slurm again, which then ends this process.
+void requeue() {
+    if (!farm::requeue_this_task()) return;
+    for (int i = 0; i < 600 && !StopSignals::stop_flag(); ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+}
+
+/// The exit code of a task whose piece is not done.
+int code_of(const farm::Job& job, const farm::Attempt& a) {
+    // OpenCue raises the memory of a frame that ends so, and starts it again
+    constexpr int opencue_memory = 33;
+    if (a.code == MemoryReached && job.engine == farm::Engine::OpenCue) return opencue_memory;
     return a.code == 0 ? int(RenderError) : a.code;
 }
 
-int run_merge(const std::string& folder) {
-    const auto job = farm::read_job(folder);
+int run_one_piece(const farm::Job& job, size_t piece, const TaskProgress& progress) {
+    farm::RunOptions options = run_options();
+    options.is_to_stop = [] { return StopSignals::stop_flag() || is_warned; };
+    options.on_progress = [&](size_t i, double percent) { progress.show(i, percent); };
+    Result<farm::PieceState> state = farm::run_piece(job, piece, options);
+    // No template can ask for another try
+    while (state && state->state == farm::State::Failed &&
+           job.engine == farm::Engine::OpenJobDescription && !StopSignals::stop_flag())
+        state = farm::run_piece(job, piece, options);
+    if (!state) {
+        progress.fail(state.error().message);
+        return app::fail(state.error());
+    }
+    const farm::Attempt& a = state->attempts.back();
+    if (state->state == farm::State::Done) {
+        fmt::print("{} done on {} in {:.1f} s\n", job.title(piece), a.node, a.wall_s);
+        std::fflush(stdout);
+        return Done;
+    }
+    const std::string why =
+        fmt::format("{} {} on {}: {}", job.title(piece),
+                    state->state == farm::State::Waiting ? "stopped" : "failed", a.node, a.reason);
+    progress.fail(why);
+    fmt::print(stderr, "error: {} [farm-piece-failed]\n", why);
+    std::fflush(stdout);
+    if (job.engine == farm::Engine::Slurm && (state->state == farm::State::Failed ||
+                                              (state->state == farm::State::Waiting && is_warned)))
+        requeue();
+    return code_of(job, a);
+}
+
+int run_pieces(const TaskArguments& a) {
+    const auto job = farm::read_job(a.job);
+    if (!job) return fail(job.error());
+    const auto pieces = parse_whole_frames(a.pieces);
+    if (!pieces || pieces->front() < 0)
+        return fail({"usage", fmt::format("piece: expected numbers such as 3 or 4-7, found \"{}\"",
+                                          a.pieces)});
+    const StopSignals signals;
+    std::signal(SIGUSR2, on_warning);
+    const TaskProgress progress(*job, a.progress == "openjd");
+    int worst = Done;
+    for (const int piece : *pieces) {
+        worst = worse_exit_code(worst, run_one_piece(*job, size_t(piece), progress));
+        if (StopSignals::stop_flag() || is_warned) break;
+    }
+    return worst;
+}
+
+/// Of a merge that found pieces which can be tried again.
+int resubmit(const farm::Job& job) {
+    const auto states = farm::read_pieces(job);
+    if (!states) return fail(states.error());
+    std::vector<size_t> pieces;
+    for (size_t i = 0; i < states->size(); ++i) {
+        const farm::State s = (*states)[i].state;
+        if (s == farm::State::Canceled) return end_of(job, false);
+        if (s != farm::State::Done && s != farm::State::GaveUp) pieces.push_back(i);
+    }
+    if (pieces.empty()) return end_of(job, false);
+    const auto submitted = farm::submit_pieces(job, pieces);
+    if (!submitted) return fail(submitted.error());
+    fmt::print("{} pieces again; {}\n", pieces.size(), *submitted);
+    return Done;
+}
+
+int run_merge(const TaskArguments& a) {
+    const auto job = farm::read_job(a.job);
     if (!job) return fail(job.error());
     const StopSignals signals;
-    if (const auto merged = farm::merge_frames(*job); !merged) return fail(merged.error());
-    return end_of(*job, false);
+    const TaskProgress progress(*job, a.progress == "openjd");
+    if (const auto merged = farm::merge_frames(*job); !merged) {
+        progress.fail(merged.error().message);
+        return fail(merged.error());
+    }
+    const int code = a.resubmits ? resubmit(*job) : end_of(*job, false);
+    if (code != Done) progress.fail("pieces are missing; see the log of the merge");
+    return code;
 }
 
 void add_submit(Command farm, std::function<int()>& run) {
@@ -301,8 +460,10 @@ void add_submit(Command farm, std::function<int()>& run) {
     Command group = command.add_group("Farm");
     group
         .add_option("--engine", a->engine,
-                    "Engine that runs the pieces: local (this machine; returns when all is done)")
-        .one_of({"local"})
+                    "Engine that runs the pieces: local (this machine; returns when all is done), "
+                    "slurm (sbatch), openjd (writes a template of Open Job Description), opencue "
+                    "(writes a job of OpenCue)")
+        .one_of({"local", "slurm", "openjd", "opencue"})
         .common();
     group.add_option("--job", a->job, "Job folder, which all machines can write")
         .type_name("DIR")
@@ -330,6 +491,27 @@ void add_submit(Command farm, std::function<int()>& run) {
     group.add_option("--program", a->program, "velatura on the machines that render")
         .type_name("PATH")
         .default_text("this program")
+        .not_empty();
+    group.add_option("--account", a->account, "Slurm account").not_empty();
+    group.add_option("--partition", a->partition, "Slurm partition").not_empty();
+    group.add_option("--constraint", a->constraint, "Slurm constraint: features of nodes")
+        .type_name("LIST")
+        .not_empty();
+    group
+        .add_option("--sbatch", a->sbatch,
+                    "Option of sbatch for pieces and merge, e.g. --sbatch=--mem=8G")
+        .type_name("WORD")
+        .expected(1)
+        .take_all();
+    group
+        .add_option("--chunk", a->chunk,
+                    "Pieces of a task: openjd (extension TASK_CHUNKING) and opencue")
+        .range(1, 10000)
+        .default_text("1");
+    group.add_option("--show", a->show, "OpenCue show").default_text("velatura").not_empty();
+    group.add_option("--shot", a->shot, "OpenCue shot").default_text("shot").not_empty();
+    group.add_option("--facility", a->facility, "OpenCue facility")
+        .default_text("local")
         .not_empty();
     group.add_flag("--dry-run", a->is_dry_run, "Write the job folder, and start nothing");
     command.example(
@@ -365,8 +547,28 @@ void add_status(Command farm, std::function<int()>& run) {
 struct JobArguments {
     std::string job;
     bool is_quiet = false;
-    uint64_t piece = 0;
 };
+
+/// What engines start.
+void add_tasks(Command farm, std::function<int()>& run) {
+    const auto a = std::make_shared<TaskArguments>();
+    Command pieces = farm.add_subcommand("run", "Render pieces of a job: what engines start");
+    Command merge = farm.add_subcommand(
+        "merge", "Merge the frames of a job whose pieces are done: what engines start");
+    for (Command* command : {&pieces, &merge}) {
+        add_job(*command, a->job);
+        command->add_option("--progress", a->progress, "Progress format")
+            .one_of({"none", "openjd"});
+    }
+    pieces.add_option("piece", a->pieces, "Numbers of pieces from 0, e.g. 3 or 4-7")
+        .required()
+        .type_name("LIST");
+    merge.add_flag("--resubmit", a->resubmits,
+                   "Give pieces that can be tried again to the engine, with another merge");
+    pieces.example("velatura farm run shot.farm 3");
+    pieces.callback([a, &run] { run = [a] { return run_pieces(*a); }; });
+    merge.callback([a, &run] { run = [a] { return run_merge(*a); }; });
+}
 
 /// A command of a job alone.
 Command add_job_command(Command farm,
@@ -401,13 +603,7 @@ void add_farm_command(Command& app, std::function<int()>& run) {
         farm, "retry", "Render what a job lacks, where it failed, was stopped or canceled",
         [](const JobArguments& j) { return run_retry(j.job, j.is_quiet); }, a, run)
         .add_flag("-q,--quiet", a->is_quiet, "Print errors only");
-    Command piece = add_job_command(
-        farm, "run", "Render one piece of a job: what engines start",
-        [](const JobArguments& j) { return run_one_piece(j.job, j.piece); }, a, run);
-    piece.add_option("piece", a->piece, "Number of the piece, from 0").required();
-    add_job_command(
-        farm, "merge", "Merge the frames of a job whose pieces are done: what engines start",
-        [](const JobArguments& j) { return run_merge(j.job); }, a, run);
+    add_tasks(farm, run);
 }
 
 }  // namespace velatura::app

@@ -29,13 +29,17 @@ struct EngineName {
     std::string_view name;
 };
 
-constexpr EngineName engine_names[] = {{Engine::Local, "local"}};
+constexpr EngineName engine_names[] = {{Engine::Local, "local"},
+                                       {Engine::Slurm, "slurm"},
+                                       {Engine::OpenJobDescription, "openjd"},
+                                       {Engine::OpenCue, "opencue"}};
 
 std::string to_json(const Job& job) {
     json j;
     j["schema"] = schema;
     j["name"] = job.name;
     j["engine"] = name_of(job.engine);
+    j["engine_options"] = job.engine_options;
     j["program"] = job.program;
     j["build"] = job.build;
     j["directory"] = job.directory;
@@ -63,6 +67,7 @@ Job from_json(const json& j) {
     const auto engine = engine_of(j.at("engine").get<std::string>());
     if (!engine) throw std::out_of_range(engine.error().message);
     job.engine = *engine;
+    job.engine_options = j.at("engine_options").get<std::vector<std::string>>();
     job.program = j.at("program").get<std::string>();
     job.build = j.at("build").get<std::string>();
     job.directory = j.at("directory").get<std::string>();

@@ -12,9 +12,9 @@
 namespace velatura::farm {
 
 /// Who starts the pieces of a job.
-enum class Engine : uint8_t { Local };
+enum class Engine : uint8_t { Local, Slurm, OpenJobDescription, OpenCue };
 
-/// "local" …, as typed and stored.
+/// "local", "slurm", "openjd", "opencue": as typed and stored.
 std::string_view name_of(Engine engine);
 /// Errors: "usage".
 Result<Engine> engine_of(std::string_view name);
@@ -31,12 +31,13 @@ struct Job {
     std::string folder;  ///< absolute; not stored, since machines can mount it elsewhere
     std::string name;
     Engine engine = Engine::Local;
-    std::string program;               ///< `velatura` on the machines that render
-    std::string build;                 ///< build id of the program that submitted
-    std::string directory;             ///< working directory of the pieces
-    std::string scene;                 ///< as typed: relative to the directory
-    std::vector<std::string> options;  ///< of render, the same for all pieces
-    std::string checkpoint = "5m";     ///< empty: pieces write none
+    std::vector<std::string> engine_options;  ///< "--name=value": of Slurm words of sbatch
+    std::string program;                      ///< `velatura` on the machines that render
+    std::string build;                        ///< build id of the program that submitted
+    std::string directory;                    ///< working directory of the pieces
+    std::string scene;                        ///< as typed: relative to the directory
+    std::vector<std::string> options;         ///< of render, the same for all pieces
+    std::string checkpoint = "5m";            ///< empty: pieces write none
     std::vector<std::string> frames;   ///< of --frames, one each; "" is the scene's own frame
     std::vector<std::string> outputs;  ///< absolute, one per frame
     int retries = 2;                   ///< of a piece that failed
