@@ -15,6 +15,7 @@ void add_selftest_command(Command& app, std::function<int()>& run);
 void add_plan_command(Command& app, std::function<int()>& run);
 void add_info_command(Command& app, std::function<int()>& run);
 void add_flatten_command(Command& app, std::function<int()>& run);
+void add_farm_command(Command& app, std::function<int()>& run);
 void add_import_command(Command& app, std::function<int()>& run);
 
 }  // namespace velatura::app

@@ -60,6 +60,13 @@ render of all samples on one machine, bit for bit.
 --rates-from saves later parts the pilot samples of adaptive sampling. merge refuses other scenes,
 other settings, incomplete parts, overlaps and gaps (exit code 5), and names each fault.
 
+farm submit does this for you: it splits a render into pieces, renders them, renders those that
+failed again, and merges them.
+
+  velatura farm submit shot.usda -o shot.exr --spp 256 --pieces 8 --job shot.farm
+  velatura farm status shot.farm
+  velatura farm retry shot.farm
+
 Stop and resume: --checkpoint writes a resumable file at an interval. --resume adds the samples
 that are missing, and starts from the first sample if there is no file. A farm can repeat the
 same command until it succeeds.
@@ -78,8 +85,8 @@ once, without a file.
 
 Exit codes: `velatura --help` lists them. 3 means that the file is valid but incomplete.
 
-Reference: docs/guide/sequences_and_farm.md, docs/reference/resume_and_merge.md,
-docs/reference/recovery.md, docs/reference/command_line.md
+Reference: docs/guide/sequences_and_farm.md, docs/reference/farm.md,
+docs/reference/resume_and_merge.md, docs/reference/recovery.md, docs/reference/command_line.md
 )"},
     {"memory", "Memory limits and what happens when they are reached", R"(Memory
 

@@ -64,6 +64,7 @@ int run_command(int argc, char** argv) {
     std::function<int()> run;
     add_render_command(app, run);
     add_study_command(app, run);
+    add_farm_command(app, run);
     add_plan_command(app, run);
     add_info_command(app, run);
     add_selftest_command(app, run);

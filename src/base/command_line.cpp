@@ -295,6 +295,18 @@ std::string normalize_number(std::string& text) {
     return {};
 }
 
+void add_given_words(const CLI::Option& option, std::vector<std::string>& words) {
+    const std::vector<std::string>& values = option.results();
+    const auto count = size_t(option.get_items_expected_min());  // of an occurrence; 0: a flag
+    const bool is_last =
+        count > 0 && option.get_multi_option_policy() == CLI::MultiOptionPolicy::TakeLast;
+    for (size_t i = is_last ? values.size() - count : 0; i < values.size();
+         i += std::max<size_t>(count, 1)) {
+        words.push_back(option.get_name() + (count == 1 ? "=" + values[i] : ""));
+        for (size_t k = i; count > 1 && k < i + count; ++k) words.push_back(values[k]);
+    }
+}
+
 }  // namespace
 
 Option Option::required(bool is_required) {
@@ -620,6 +632,19 @@ std::vector<TypedOption> Command::typed_options() const {
             {option->get_name(), occurrence < values.size() ? values[occurrence] : std::string()});
     }
     return typed;
+}
+
+std::vector<std::string> Command::given_words(const std::vector<std::string>& except) const {
+    std::vector<std::string> words;
+    std::vector<CLI::App*> apps =
+        app_->get_subcommands([](CLI::App* sub) { return sub->get_name().empty(); });
+    apps.push_back(app_);
+    for (const CLI::App* const app : apps)
+        for (const CLI::Option* const option : app->get_options())
+            if (option->count() > 0 && !option->get_positional() &&
+                std::find(except.begin(), except.end(), option->get_name()) == except.end())
+                add_given_words(*option, words);
+    return words;
 }
 
 Command Command::hidden() {

@@ -130,6 +130,10 @@ class Command {
     /// in the order typed. Only meaningful for options that take one value per occurrence.
     std::vector<TypedOption> typed_options() const;
 
+    /// The options that were given, those of groups too, as words that another command line with
+    /// the same options reads alike; without positional arguments and those of `except` ("--name").
+    std::vector<std::string> given_words(const std::vector<std::string>& except) const;
+
     /// Works, and stands in no help: a former name.
     Command hidden();
 

@@ -27,13 +27,14 @@ TEST(Typing, EveryNumberOptionRefusesWhatMakesNoSense) {
     std::function<int()> run;
     app::add_render_command(line, run);
     app::add_study_command(line, run);
+    app::add_farm_command(line, run);
     app::add_plan_command(line, run);
     app::add_info_command(line, run);
     app::add_selftest_command(line, run);
     app::add_flatten_command(line, run);
     app::add_import_command(line, run);
     std::set<std::string> below_zero = {"info --time"}, unbounded = {"info --time"};
-    for (const std::string command : {"render", "plan", "study"}) {
+    for (const std::string command : {"render", "plan", "study", "farm submit"}) {
         // Windows larger than the frame are cut to it; textures are sharpened below 0
         for (const char* name : {" --crop", " --texture-bias"}) below_zero.insert(command + name);
         for (const char* name : {" --crop", " --clamp-direct", " --clamp-indirect"})
@@ -51,6 +52,7 @@ TEST(Typing, NoCommandWritesOverWhatItReads) {
     std::function<int()> run;
     app::add_render_command(line, run);
     app::add_study_command(line, run);
+    app::add_farm_command(line, run);
     app::add_plan_command(line, run);
     app::add_info_command(line, run);
     app::add_flatten_command(line, run);
@@ -59,6 +61,7 @@ TEST(Typing, NoCommandWritesOverWhatItReads) {
         {"scene", "--output", {"flatten", "IN", "-o", "IN"}},
         {"file", "--output", {"import", "IN", "-o", "IN"}},
         {"--session", "--output", {"flatten", "x", "--session", "IN", "-o", "IN"}}};
+    rows.push_back({"scene", "--output", {"farm", "submit", "IN", "-o", "IN"}});
     for (const std::string command : {"render", "plan", "study"}) {
         rows.push_back({"scene", "--output", {command, "IN", "-o", "IN"}});
         rows.push_back({"--session", "--output", {command, "x", "--session", "IN", "-o", "IN"}});

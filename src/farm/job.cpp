@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "farm/job.h"
+
+#include "base/atomic_file.h"
+#include "base/json_depth.h"
+#include "base/json_numbers.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <exception>
+#include <filesystem>
+#include <iterator>
+
+namespace velatura::farm {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using json = nlohmann::ordered_json;
+
+constexpr const char* schema = "velatura.farm.job/1";
+
+struct EngineName {
+    Engine engine;
+    std::string_view name;
+};
+
+constexpr EngineName engine_names[] = {{Engine::Local, "local"},
+                                       {Engine::Slurm, "slurm"},
+                                       {Engine::OpenJobDescription, "openjd"},
+                                       {Engine::OpenCue, "opencue"}};
+
+std::string to_json(const Job& job) {
+    json j;
+    j["schema"] = schema;
+    j["name"] = job.name;
+    j["engine"] = name_of(job.engine);
+    j["engine_options"] = job.engine_options;
+    j["program"] = job.program;
+    j["build"] = job.build;
+    j["directory"] = job.directory;
+    j["scene"] = job.scene;
+    j["options"] = job.options;
+    j["checkpoint"] = job.checkpoint;
+    j["retries"] = job.retries;
+    j["slots"] = job.slots;
+    j["frames"] = job.frames;
+    j["outputs"] = job.outputs;
+    // A line each, for people
+    std::string pieces;
+    for (const Piece& p : job.pieces)
+        pieces +=
+            fmt::format("{}[{}, {}, {}]", pieces.empty() ? "" : ",\n    ", p.frame, p.first, p.end);
+    std::string text = j.dump(2);
+    text.resize(text.rfind('\n'));
+    return text + ",\n  \"pieces\": [\n    " + pieces + "\n  ]\n}\n";
+}
+
+/// Throws std::exception where a member is missing or of another type.
+Job from_json(const json& j) {
+    Job job;
+    job.name = j.at("name").get<std::string>();
+    const auto engine = engine_of(j.at("engine").get<std::string>());
+    if (!engine) throw std::out_of_range(engine.error().message);
+    job.engine = *engine;
+    job.engine_options = j.at("engine_options").get<std::vector<std::string>>();
+    job.program = j.at("program").get<std::string>();
+    job.build = j.at("build").get<std::string>();
+    job.directory = j.at("directory").get<std::string>();
+    job.scene = j.at("scene").get<std::string>();
+    job.options = j.at("options").get<std::vector<std::string>>();
+    job.checkpoint = j.at("checkpoint").get<std::string>();
+    job.retries = whole_number<int>(j.at("retries"));
+    job.slots = whole_number<int>(j.at("slots"));
+    job.frames = j.at("frames").get<std::vector<std::string>>();
+    job.outputs = j.at("outputs").get<std::vector<std::string>>();
+    for (const json& p : j.at("pieces"))
+        job.pieces.push_back({whole_number<size_t>(p.at(0)), whole_number<uint64_t>(p.at(1)),
+                              whole_number<uint64_t>(p.at(2))});
+    const bool is_whole = !job.pieces.empty() && job.frames.size() == job.outputs.size() &&
+                          std::all_of(job.pieces.begin(), job.pieces.end(), [&](const Piece& p) {
+                              return p.frame < job.frames.size() && p.first < p.end;
+                          });
+    if (!is_whole) throw std::out_of_range("pieces and frames do not fit");
+    return job;
+}
+
+std::string numbered(size_t index, const char* extension) {
+    return fmt::format("{:04}{}", index, extension);
+}
+
+}  // namespace
+
+std::string_view name_of(Engine engine) {
+    for (const EngineName& e : engine_names)
+        if (e.engine == engine) return e.name;
+    return "";
+}
+
+Result<Engine> engine_of(std::string_view name) {
+    for (const EngineName& e : engine_names)
+        if (e.name == name) return e.engine;
+    return Error{"usage", fmt::format("unknown engine \"{}\"", name)};
+}
+
+std::string Job::state_file(size_t piece) const {
+    return path("pieces/" + numbered(piece, ".json"));
+}
+
+std::string Job::work_file(size_t piece) const {
+    return path("work/" + numbered(piece, ".exr"));
+}
+
+std::string Job::part_file(size_t piece) const {
+    return path("parts/" + numbered(piece, ".exr"));
+}
+
+std::string Job::result_file(size_t frame) const {
+    return path("frames/" + numbered(frame, ".json"));
+}
+
+std::string Job::title(size_t piece) const {
+    const Piece& p = pieces[piece];
+    return fmt::format("piece {} ({}samples {}:{})", piece,
+                       frames.size() > 1 ? "frame " + frames[p.frame] + ", " : "", p.first, p.end);
+}
+
+std::vector<size_t> Job::pieces_of(size_t frame) const {
+    std::vector<size_t> found;
+    for (size_t i = 0; i < pieces.size(); ++i)
+        if (pieces[i].frame == frame) found.push_back(i);
+    return found;
+}
+
+std::vector<Piece> split_samples(uint64_t end, uint64_t count) {
+    count = std::clamp<uint64_t>(count, 1, std::max<uint64_t>(end, 1));
+    const uint64_t step = std::max<uint64_t>(1, std::bit_floor(std::max<uint64_t>(end / count, 1)));
+    std::vector<Piece> pieces;
+    uint64_t first = 0;
+    for (uint64_t i = 1; i <= count; ++i) {
+        // The multiple of the largest power of two that is at most half a piece away
+        uint64_t bound = end;
+        if (i < count) {
+            const uint64_t unit =
+                end % (count * step) == 0 ? step : std::max<uint64_t>(step / 2, 1);
+            const double ideal = double(end) * double(i) / double(count);
+            bound = uint64_t(ideal / double(unit) + 0.5) * unit;
+        }
+        bound = std::clamp(bound, first + 1, end - (count - i));
+        pieces.push_back({0, first, bound});
+        first = bound;
+    }
+    return pieces;
+}
+
+uint64_t default_pieces(uint64_t end, size_t frames) {
+    return frames > 1 ? 1 : std::clamp<uint64_t>(end / 16, 1, 16);
+}
+
+Result<void> create_job(const Job& job) {
+    std::error_code error;
+    if (fs::exists(job.path("job.json"), error))
+        return Error{
+            "farm-job",
+            fmt::format("{} is a job already; `velatura farm retry` continues it, or choose "
+                        "another folder with --job",
+                        job.folder)};
+    for (const char* folder : {"pieces", "work", "parts", "frames", "logs"}) {
+        fs::create_directories(job.path(folder), error);
+        if (error)
+            return Error{"io-write",
+                         fmt::format("cannot make {}: {}", job.path(folder), error.message())};
+    }
+    return write_file_atomically(job.path("job.json"), to_json(job));
+}
+
+Result<Job> read_job(const std::string& folder) {
+    std::error_code error;
+    const std::string file = folder + "/job.json";
+    if (!fs::is_regular_file(file, error))
+        return Error{"farm-job", fmt::format("{} is not a job folder: no job.json", folder)};
+    const Result<std::string> text = read_file(file);
+    if (!text) return text.error();
+    const json j = is_json_too_deep(*text) ? json() : json::parse(*text, nullptr, false);
+    if (!j.is_object() || j.value("schema", json()) != schema)
+        return Error{"farm-job", fmt::format("{}: expected schema {}", file, schema)};
+    try {
+        Job job = from_json(j);
+        job.folder = fs::absolute(folder).lexically_normal().string();
+        while (job.folder.size() > 1 && job.folder.back() == '/') job.folder.pop_back();
+        return job;
+    } catch (const std::exception& e) {
+        return Error{"farm-job", fmt::format("{} is damaged: {}", file, e.what())};
+    }
+}
+
+}  // namespace velatura::farm

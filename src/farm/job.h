@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/result.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace velatura::farm {
+
+/// Who starts the pieces of a job.
+enum class Engine : uint8_t { Local, Slurm, OpenJobDescription, OpenCue };
+
+/// "local", "slurm", "openjd", "opencue": as typed and stored.
+std::string_view name_of(Engine engine);
+/// Errors: "usage".
+Result<Engine> engine_of(std::string_view name);
+
+/// Samples [first, end) of each pixel of one frame.
+struct Piece {
+    size_t frame = 0;  ///< index of Job::frames
+    uint64_t first = 0, end = 0;
+};
+
+/// A render that is split into pieces. Everything else about it, which is in further files of its
+/// folder, is written by the pieces themselves.
+struct Job {
+    std::string folder;  ///< absolute; not stored, since machines can mount it elsewhere
+    std::string name;
+    Engine engine = Engine::Local;
+    std::vector<std::string> engine_options;  ///< "--name=value": of Slurm words of sbatch
+    std::string program;                      ///< `velatura` on the machines that render
+    std::string build;                        ///< build id of the program that submitted
+    std::string directory;                    ///< working directory of the pieces
+    std::string scene;                        ///< as typed: relative to the directory
+    std::vector<std::string> options;         ///< of render, the same for all pieces
+    std::string checkpoint = "5m";            ///< empty: pieces write none
+    std::vector<std::string> frames;   ///< of --frames, one each; "" is the scene's own frame
+    std::vector<std::string> outputs;  ///< absolute, one per frame
+    int retries = 2;                   ///< of a piece that failed
+    int slots = 1;                     ///< pieces at a time, 0: as the engine decides
+    std::vector<Piece> pieces;         ///< by frame, then by sample
+
+    std::string path(std::string_view file) const { return folder + "/" + std::string(file); }
+
+    std::string state_file(size_t piece) const;   ///< what became of a piece (piece_state.h)
+    std::string work_file(size_t piece) const;    ///< the part while it is rendered
+    std::string part_file(size_t piece) const;    ///< the finished part
+    std::string result_file(size_t frame) const;  ///< what became of a frame
+
+    /// Its existence cancels the job.
+    std::string cancel_file() const { return path("cancel"); }
+
+    /// "piece 3 (samples 48:64)", with the frame where there are several.
+    std::string title(size_t piece) const;
+    /// The pieces of a frame.
+    std::vector<size_t> pieces_of(size_t frame) const;
+};
+
+/// Splits samples [0, end) into at most `count` ranges of about the same length. Bounds are
+/// multiples of a power of two as large as is possible: sums of such ranges are small.
+std::vector<Piece> split_samples(uint64_t end, uint64_t count);
+
+/// Number of pieces of a frame where none is requested: one where there are several frames, else
+/// up to 16 of 16 samples or more.
+uint64_t default_pieces(uint64_t end, size_t frames);
+
+/// Makes the folder of a job with its file. Errors: "farm-job" (there is one already), "io-write".
+Result<void> create_job(const Job& job);
+
+/// Reads the job of a folder. Errors: "farm-job" (missing, damaged, of a later version).
+Result<Job> read_job(const std::string& folder);
+
+}  // namespace velatura::farm

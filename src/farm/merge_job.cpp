@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "farm/merge_job.h"
+
+#include "base/atomic_file.h"
+#include "farm/process.h"
+#include "farm/run_piece.h"
+#include "image/exr.h"
+#include "layers/layer_header.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <utility>
+
+namespace velatura::farm {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using json = nlohmann::ordered_json;
+
+constexpr const char* schema = "velatura.farm.frame/1";
+
+/// The compositor beside this program, else that of $PATH.
+std::string compositor_program() {
+    const fs::path beside = fs::path(own_program()).parent_path() / "velatura-comp";
+    std::error_code error;
+    return fs::exists(beside, error) ? beside.string() : "velatura-comp";
+}
+
+/// The settings that a part states, by name.
+json settings_of(const std::string& file) {
+    const auto reader = image::ExrReader::open(file);
+    if (!reader) return {};
+    const auto header = layers::read_layer_header(reader->header());
+    if (!header) return {};
+    const auto info = layers::file_info_of(reader->header(), *header);
+    const json all = json::parse(info.settings_json, nullptr, false);
+    return all.is_object() ? all.value("settings", json::object()) : json();
+}
+
+/// "plugins openimageio and none": which settings differ, in the order of the first.
+std::string differences(const json& a, const json& b) {
+    std::string text;
+    if (!a.is_object() || !b.is_object()) return text;
+    for (const auto& [name, value] : a.items())
+        if (b.value(name, json()) != value)
+            text += fmt::format("{}{} {} and {}", text.empty() ? "" : ", ", name, value.dump(),
+                                b.value(name, json()).dump());
+    return text;
+}
+
+/// Fails the pieces whose parts have another scene or other settings than the others: those of the
+/// smaller number.
+void find_strangers(const Job& job,
+                    const std::vector<size_t>& pieces,
+                    const std::vector<PieceState>& states,
+                    std::map<size_t, std::string>& problems) {
+    const auto key_of = [&](size_t i) { return states[i].part->scene + states[i].part->settings; };
+    std::map<std::string, size_t> counts;
+    for (size_t i = 0; i < pieces.size(); ++i) ++counts[key_of(i)];
+    if (counts.size() < 2) return;
+    size_t usual = 0;
+    for (size_t i = 1; i < pieces.size(); ++i)
+        if (counts[key_of(i)] > counts[key_of(usual)]) usual = i;
+    const json settings = settings_of(job.part_file(pieces[usual]));
+    for (size_t i = 0; i < pieces.size(); ++i) {
+        if (key_of(i) == key_of(usual)) continue;
+        const std::string what = states[i].part->scene != states[usual].part->scene
+                                     ? "files of the scene differ"
+                                     : differences(settings, settings_of(job.part_file(pieces[i])));
+        problems[pieces[i]] = fmt::format(
+            "its part is of another scene or other settings than piece {} on {}: {}", pieces[usual],
+            states[usual].attempts.back().node, what.empty() ? "settings hash" : what);
+    }
+}
+
+/// The pieces of a frame that must be rendered again, with the reason.
+std::map<size_t, std::string> problems_of(const Job& job,
+                                          const std::vector<size_t>& pieces,
+                                          const std::vector<PieceState>& states) {
+    std::map<size_t, std::string> problems;
+    for (size_t i = 0; i < pieces.size(); ++i)
+        if (const std::string why = problem_of_part(job, pieces[i], states[i]); !why.empty())
+            problems[pieces[i]] = why;
+    if (problems.empty()) find_strangers(job, pieces, states, problems);
+    return problems;
+}
+
+Result<void> write_result(const Job& job, size_t frame, const FrameResult& result) {
+    json j = {{"schema", schema},
+              {"output", result.output},
+              {"sha256", result.sha256},
+              {"wall_s", result.wall_s}};
+    if (!result.problem.empty()) j["problem"] = result.problem;
+    return write_file_atomically(job.result_file(frame),
+                                 j.dump(1, ' ', false, json::error_handler_t::replace) + "\n");
+}
+
+Result<FrameResult> merge(const Job& job, size_t frame, const std::vector<size_t>& pieces) {
+    FrameResult result;
+    result.output = job.outputs[frame];
+    std::string printed;
+    ProcessRequest request;
+    request.arguments = {compositor_program(), "merge"};
+    for (const size_t piece : pieces) request.arguments.push_back(job.part_file(piece));
+    request.arguments.insert(request.arguments.end(), {"-o", result.output});
+    request.log = job.path(fmt::format("logs/merge.{:04}.log", frame));
+    request.on_line = [&](std::string_view line) {
+        constexpr size_t digits = 64;
+        if (line.size() > digits && line[digits] == ' ') result.sha256 = line.substr(0, digits);
+        if (line.find("error: ") != std::string_view::npos) printed = line;
+    };
+    const Result<ProcessResult> ended = run_process(request);
+    if (!ended) return ended.error();
+    result.wall_s = ended->wall_s;
+    if (ended->code != 0)
+        result.problem = fmt::format("the merge of {} ended with exit code {}{}", result.output,
+                                     ended->code, printed.empty() ? "" : ": " + printed);
+    if (const auto ok = write_result(job, frame, result); !ok) return ok.error();
+    if (!result.problem.empty()) return Error{"farm-merge", result.problem};
+    return result;
+}
+
+}  // namespace
+
+Result<std::optional<FrameResult>> read_result(const Job& job, size_t frame) {
+    std::error_code error;
+    if (!fs::exists(job.result_file(frame), error)) return std::optional<FrameResult>();
+    const Result<std::string> text = read_file(job.result_file(frame));
+    if (!text) return text.error();
+    const json j = json::parse(*text, nullptr, false);
+    if (!j.is_object() || j.value("schema", json()) != schema ||
+        !j.value("output", json()).is_string())
+        return Error{"farm-piece", fmt::format("{} is damaged; remove it to merge the frame again",
+                                               job.result_file(frame))};
+    FrameResult result;
+    result.output = j["output"].get<std::string>();
+    if (const json sha = j.value("sha256", json()); sha.is_string()) result.sha256 = sha;
+    if (const json wall = j.value("wall_s", json()); wall.is_number()) result.wall_s = wall;
+    if (const json problem = j.value("problem", json()); problem.is_string())
+        result.problem = problem;
+    if (result.problem.empty() && !fs::exists(result.output, error))
+        return std::optional<FrameResult>();
+    return std::optional(std::move(result));
+}
+
+Result<std::optional<FrameResult>> merge_frame(const Job& job, size_t frame) {
+    const std::vector<size_t> pieces = job.pieces_of(frame);
+    std::vector<PieceState> states;
+    for (const size_t piece : pieces) {
+        Result<PieceState> state = read_piece(job, piece);
+        if (!state) return state.error();
+        if (state->state != State::Done) return std::optional<FrameResult>();
+        states.push_back(std::move(*state));
+    }
+    const std::map<size_t, std::string> problems = problems_of(job, pieces, states);
+    for (size_t i = 0; i < pieces.size(); ++i) {
+        const auto problem = problems.find(pieces[i]);
+        if (problem == problems.end()) continue;
+        std::error_code ignored;
+        fs::remove(job.part_file(pieces[i]), ignored);
+        note_failure(states[i], job, problem->second, false);
+        if (const auto ok = write_piece(job, pieces[i], states[i]); !ok) return ok.error();
+    }
+    if (!problems.empty()) return std::optional<FrameResult>();
+    Result<FrameResult> merged = merge(job, frame, pieces);
+    if (!merged) return merged.error();
+    return std::optional(std::move(*merged));
+}
+
+Result<void> merge_frames(const Job& job) {
+    Result<void> all;
+    for (size_t frame = 0; frame < job.frames.size(); ++frame) {
+        const auto known = read_result(job, frame);
+        if (!known) return known.error();
+        if (*known && (*known)->problem.empty()) continue;
+        const auto merged = merge_frame(job, frame);
+        if (!merged && all) all = merged.error();
+    }
+    return all;
+}
+
+}  // namespace velatura::farm

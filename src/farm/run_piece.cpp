@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "farm/run_piece.h"
+
+#include "base/output_lock.h"
+#include "farm/process.h"
+#include "image/digest.h"
+#include "image/exr.h"
+#include "layers/layer_header.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <vector>
+
+namespace velatura::farm {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// Exit codes of `velatura render` (docs/reference/command_line.md) that another try repeats
+constexpr int usage = 2, check_failed = 4, refused = 5;
+
+std::string environment(const char* name) {
+    const char* const value = std::getenv(name);
+    return value ? value : "";
+}
+
+/// Threads that the engine gave to this task; 0: it says nothing.
+int threads_of_engine() {
+    for (const char* name : {"SLURM_CPUS_PER_TASK", "CUE_THREADS"})
+        if (const int count = std::atoi(environment(name).c_str()); count > 0) return count;
+    return 0;
+}
+
+bool has_option(const Job& job, std::string_view name) {
+    return std::any_of(job.options.begin(), job.options.end(), [&](const std::string& word) {
+        return word == name || (word.starts_with(name) && word[name.size()] == '=');
+    });
+}
+
+std::vector<std::string> command_of(const Job& job, size_t index, const RunOptions& options) {
+    const Piece& piece = job.pieces[index];
+    std::vector<std::string> words = {job.program, "render", job.scene};
+    words.insert(words.end(), job.options.begin(), job.options.end());
+    if (!job.frames[piece.frame].empty()) words.push_back("--frames=" + job.frames[piece.frame]);
+    if (!job.checkpoint.empty()) words.push_back("--checkpoint=" + job.checkpoint);
+    const int threads = options.threads > 0 ? options.threads : threads_of_engine();
+    if (threads > 0 && !has_option(job, "--threads"))
+        words.push_back(fmt::format("--threads={}", threads));
+    for (std::string word : {fmt::format("--samples={}:{}", piece.first, piece.end),
+                             "--output=" + job.work_file(index), std::string("--resume"),
+                             std::string("--progress=json")})
+        words.push_back(std::move(word));
+    return words;
+}
+
+/// The percentage of a line of --progress json; below 0: another line.
+double percent_of(std::string_view line) {
+    if (!line.starts_with("{\"percent\"")) return -1;
+    const auto j = nlohmann::json::parse(line, nullptr, false);
+    if (!j.is_object()) return -1;
+    const auto percent = j.find("percent");
+    return percent != j.end() && percent->is_number() ? percent->get<double>() : -1;
+}
+
+/// One start of a piece, from the state before it to the one after.
+class Run {
+  public:
+    Run(const Job& job, size_t index, const RunOptions& options, PieceState state)
+        : job_(job), index_(index), options_(options), state_(std::move(state)) {}
+
+    Result<PieceState> run() {
+        begin();
+        if (const Result<void> ok = write(); !ok) return ok.error();
+        if (state_.state == State::GaveUp) return state_;
+        if (options_.build != job_.build)
+            return fail(fmt::format("this machine has build {}, the job was submitted with {}",
+                                    options_.build, job_.build),
+                        refused, true);
+        Result<ProcessResult> ended = render();
+        if (ended && ended->code == refused && is_resume_refused_ && !is_stopped_) {
+            // Left by another build, or cut by a crash: the piece starts anew
+            std::error_code ignored;
+            fs::remove(job_.work_file(index_), ignored);
+            ended = render();
+        }
+        if (!ended) return fail(ended.error().message, 1, false);
+        if (ended->code != 0) return failed_render(*ended);
+        return keep_part();
+    }
+
+  private:
+    void begin() {
+        if (state_.state == State::Running || state_.state == State::Lost) {
+            note_failure(state_, job_,
+                         fmt::format("{} is lost: it reported no end", state_.attempts.back().node),
+                         false);
+            if (state_.state == State::GaveUp) return;
+        }
+        Attempt a;
+        a.node = options_.node.empty() ? node_name() : options_.node;
+        a.host = host_name();
+        a.task = task_name();
+        a.process = int(::getpid());
+        a.start_s = now_s();
+        a.log = fmt::format("logs/{:04}.{}.log", index_, state_.attempts.size() + 1);
+        state_.attempts.push_back(std::move(a));
+        state_.state = State::Running;
+        state_.percent = 0;
+        state_.part.reset();
+        written_s_ = now_s();
+    }
+
+    Result<void> write() { return write_piece(job_, index_, state_); }
+
+    Attempt& attempt() { return state_.attempts.back(); }
+
+    Result<ProcessResult> render() {
+        ProcessRequest request;
+        request.arguments = command_of(job_, index_, options_);
+        request.directory = job_.directory;
+        request.log = job_.path(attempt().log);
+        request.on_line = [this](std::string_view line) { read_line(line); };
+        request.is_to_stop = [this] { return look_around(); };
+        error_.clear();
+        is_resume_refused_ = is_locked_ = false;
+        Result<ProcessResult> ended = run_process(request);
+        if (ended) {
+            attempt().wall_s = now_s() - attempt().start_s;
+            attempt().cpu_s += ended->cpu_s;
+            attempt().peak_bytes = std::max(attempt().peak_bytes, ended->peak_bytes);
+            attempt().code = ended->code;
+        }
+        return ended;
+    }
+
+    void read_line(std::string_view line) {
+        if (const double percent = percent_of(line); percent >= 0) {
+            state_.percent = percent;
+            if (options_.on_progress) options_.on_progress(index_, percent);
+        } else if (const size_t at = line.find("error: "); at != std::string_view::npos) {
+            constexpr size_t max_length = 400;
+            error_ = std::string(line.substr(0, max_length));
+            is_resume_refused_ = is_resume_refused_ || line.ends_with("[resume-refused]");
+            is_locked_ = is_locked_ || line.ends_with("[output-locked]");
+        }
+    }
+
+    /// Some times a second. Returns: whether to stop.
+    bool look_around() {
+        if (now_s() - written_s_ >= heartbeat_s) {
+            written_s_ = now_s();
+            // The next one may succeed, and if not, the piece is taken for lost
+            (void)write();
+            is_stopped_ = is_stopped_ || is_canceled(job_);
+        }
+        is_stopped_ = is_stopped_ || (options_.is_to_stop && options_.is_to_stop());
+        return is_stopped_;
+    }
+
+    Result<PieceState> fail(const std::string& reason, int code, bool repeats) {
+        attempt().wall_s = std::max(now_s() - attempt().start_s, 1e-3);
+        if (code != 0) attempt().code = code;
+        note_failure(state_, job_, reason, repeats);
+        if (const Result<void> ok = write(); !ok) return ok.error();
+        return state_;
+    }
+
+    Result<PieceState> failed_render(const ProcessResult& ended) {
+        // A signal that the render handles: its samples are in the work file
+        if (ended.code > 128 && !ended.is_killed) {
+            state_.state = State::Waiting;
+            attempt().reason = fmt::format("stopped by signal {}", ended.code - 128);
+            if (const Result<void> ok = write(); !ok) return ok.error();
+            return state_;
+        }
+        const std::string why = error_.empty() ? "" : ": " + error_;
+        if (ended.is_killed)
+            return fail(
+                fmt::format("killed by signal {}{}{}", ended.code - 128,
+                            ended.code - 128 == 9 ? ", as a machine without memory does" : "", why),
+                0, false);
+        const bool repeats = ended.code == usage || ended.code == check_failed ||
+                             (ended.code == refused && !is_locked_);
+        return fail(fmt::format("exit code {}{}", ended.code, why), 0, repeats);
+    }
+
+    /// The render is done: what did it leave?
+    Result<PieceState> keep_part() {
+        Result<Part> part = inspect_part(job_.work_file(index_));
+        if (!part) return fail(part.error().message, 1, false);
+        std::error_code error;
+        fs::rename(job_.work_file(index_), job_.part_file(index_), error);
+        if (error)
+            return fail(fmt::format("cannot make {}: {}", job_.part_file(index_), error.message()),
+                        1, false);
+        state_.part = std::move(*part);
+        state_.state = State::Done;
+        state_.percent = 100;
+        if (const Result<void> ok = write(); !ok) return ok.error();
+        return state_;
+    }
+
+    const Job& job_;
+    size_t index_;
+    const RunOptions& options_;
+    PieceState state_;
+    std::string error_;  ///< the last one that was printed
+    bool is_resume_refused_ = false, is_locked_ = false, is_stopped_ = false;
+    double written_s_ = 0;
+};
+
+Error no_part(const std::string& why) {
+    return {"farm-part", why};
+}
+
+/// SHA-256 and length of a file. Errors: "farm-part".
+Result<Part> digest_file(const std::string& file) {
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream) return no_part(fmt::format("cannot read {}", file));
+    image::Sha256 sha;
+    Part part;
+    std::vector<char> buffer(size_t(1) << 20);
+    while (stream.read(buffer.data(), std::streamsize(buffer.size())) || stream.gcount() > 0) {
+        sha.add(buffer.data(), size_t(stream.gcount()));
+        part.bytes += uint64_t(stream.gcount());
+    }
+    if (stream.bad()) return no_part(fmt::format("cannot read all of {}", file));
+    part.sha256 = sha.finish();
+    return part;
+}
+
+}  // namespace
+
+Result<PieceState> run_piece(const Job& job, size_t piece, const RunOptions& options) {
+    // Two machines can be given one piece, where an engine takes the first for dead
+    Result<PieceState> state = read_piece(job, piece);
+    if (!state) return state.error();
+    if (is_canceled(job))
+        return Error{"farm-canceled", fmt::format("{} is canceled; `velatura farm retry {}` "
+                                                  "continues it",
+                                                  job.folder, job.folder)};
+    if (state->state == State::Done && problem_of_part(job, piece, *state).empty()) return state;
+    return Run(job, piece, options, std::move(*state)).run();
+}
+
+Result<Part> inspect_part(const std::string& file) {
+    Result<Part> part = digest_file(file);
+    if (!part) return part;
+    const auto reader = image::ExrReader::open(file);
+    if (!reader) return no_part(reader.error().message);
+    const auto header = layers::read_layer_header(reader->header());
+    if (!header) return no_part(fmt::format("{}: {}", file, header.error().message));
+    part->scene = header->samples.scene_hash;
+    part->settings = header->samples.settings_hash;
+    return part;
+}
+
+std::string problem_of_part(const Job& job, size_t piece, const PieceState& state) {
+    if (!state.part) return "it is not done";
+    std::error_code error;
+    const std::string file = job.part_file(piece);
+    const uintmax_t bytes = fs::file_size(file, error);
+    if (error) return fmt::format("{} is missing", file);
+    if (bytes != state.part->bytes)
+        return fmt::format("{} is damaged: {} bytes, {} were written", file, bytes,
+                           state.part->bytes);
+    const Result<Part> found = digest_file(file);
+    if (!found) return found.error().message;
+    if (found->sha256 != state.part->sha256)
+        return fmt::format("{} is damaged: other bytes than were written", file);
+    return {};
+}
+
+std::string node_name() {
+    const std::string of_engine = environment("SLURMD_NODENAME");
+    return of_engine.empty() ? host_name() : of_engine;
+}
+
+std::string task_name() {
+    const std::string array = environment("SLURM_ARRAY_JOB_ID");
+    if (!array.empty()) return array + "_" + environment("SLURM_ARRAY_TASK_ID");
+    for (const char* name : {"SLURM_JOB_ID", "CUE_FRAME_ID"})
+        if (const std::string task = environment(name); !task.empty()) return task;
+    return {};
+}
+
+}  // namespace velatura::farm

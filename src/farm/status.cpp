@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "farm/status.h"
+
+#include "base/frames.h"
+#include "farm/merge_job.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <string_view>
+
+namespace velatura::farm {
+
+namespace {
+
+using json = nlohmann::ordered_json;
+
+constexpr std::string_view job_state_names[] = {"waiting", "running", "complete", "incomplete",
+                                                "canceled"};
+
+std::string duration(double s) {
+    if (s < 60) return fmt::format("{:.1f} s", s);
+    if (s < 3600) return fmt::format("{} min {:02} s", int(s) / 60, int(s) % 60);
+    return fmt::format("{:.2f} h", s / 3600);
+}
+
+double cpu_hours(const JobStatus& s) {
+    return s.cpu_s / 3600;
+}
+
+/// Of the last attempt; of one that runs so far.
+double wall_of(const PieceState& s) {
+    if (s.attempts.empty()) return 0;
+    const Attempt& a = s.attempts.back();
+    return s.state == State::Running ? std::max(0.0, now_s() - a.start_s) : a.wall_s;
+}
+
+std::string table(const Job& job, const JobStatus& status, bool all) {
+    std::string rows;
+    size_t hidden = 0;
+    for (size_t i = 0; i < status.pieces.size(); ++i) {
+        const PieceState& s = status.pieces[i];
+        const bool is_quiet = s.state == State::Done || s.state == State::Canceled ||
+                              (s.state == State::Waiting && s.attempts.empty());
+        if (!all && is_quiet) {
+            ++hidden;
+            continue;
+        }
+        const Piece& p = job.pieces[i];
+        rows += fmt::format("{:>6} {:>8} {:>15} {:<9} {:<16} {:>3} {:>6} {:>11}  {}\n", i,
+                            job.frames[p.frame].empty() ? "-" : job.frames[p.frame],
+                            fmt::format("{}:{}", p.first, p.end), name_of(s.state),
+                            s.attempts.empty() ? "-" : s.attempts.back().node, s.attempts.size(),
+                            s.state == State::Running ? fmt::format("{:.0f} %", s.percent) : "",
+                            s.attempts.empty() ? "" : duration(wall_of(s)),
+                            s.attempts.empty() ? "" : s.attempts.back().reason);
+    }
+    if (rows.empty()) return {};
+    return fmt::format("{:>6} {:>8} {:>15} {:<9} {:<16} {:>3} {:>6} {:>11}  {}\n", "piece", "frame",
+                       "samples", "state", "node", "try", "done", "time", "reason") +
+           rows;
+}
+
+}  // namespace
+
+std::string_view name_of(JobState state) {
+    return job_state_names[size_t(state)];
+}
+
+size_t JobStatus::merged_count() const {
+    return size_t(std::count(is_merged.begin(), is_merged.end(), true));
+}
+
+Result<JobStatus> status_of(const Job& job) {
+    JobStatus status;
+    Result<std::vector<PieceState>> pieces = read_pieces(job);
+    if (!pieces) return pieces.error();
+    status.pieces = std::move(*pieces);
+    double first_s = 0, last_s = 0, done_s = 0, open = 0;
+    for (const PieceState& s : status.pieces) {
+        ++status.counts[size_t(s.state)];
+        for (const Attempt& a : s.attempts) {
+            status.cpu_s += a.cpu_s;
+            first_s = first_s == 0 ? a.start_s : std::min(first_s, a.start_s);
+            last_s = std::max(last_s, a.start_s + a.wall_s);
+        }
+        if (s.state == State::Done)
+            done_s += s.attempts.back().wall_s;
+        else if (s.state != State::GaveUp)
+            open += 1 - s.percent / 100;
+    }
+    for (size_t frame = 0; frame < job.frames.size(); ++frame) {
+        const auto result = read_result(job, frame);
+        if (!result) return result.error();
+        const bool has_failed = *result && !(*result)->problem.empty();
+        if (has_failed) status.problems.push_back((*result)->problem);
+        status.is_merged.push_back(*result && !has_failed);
+    }
+    const size_t done = status.count(State::Done), running = status.count(State::Running);
+    if (status.merged_count() == job.frames.size())
+        status.state = JobState::Complete;
+    else if (is_canceled(job))
+        status.state = JobState::Canceled;
+    else if (status.count(State::Waiting) == job.pieces.size() && first_s == 0)
+        status.state = JobState::Waiting;
+    else if (job.engine == Engine::Local && running == 0)
+        status.state = JobState::Incomplete;  // `farm submit` runs the pieces itself, and ended
+    else if (status.count(State::GaveUp) + status.problems.size() > 0 &&
+             done + status.count(State::GaveUp) == job.pieces.size())
+        status.state = JobState::Incomplete;
+    else
+        status.state = JobState::Running;
+    if (first_s > 0) status.wall_s = (running > 0 ? std::max(now_s(), last_s) : last_s) - first_s;
+    if (running > 0 && done > 0) status.left_s = done_s / double(done) * open / double(running);
+    return status;
+}
+
+std::string status_text(const Job& job, const JobStatus& status, bool all, double price) {
+    std::string text = fmt::format("{}: {}, {} of {} pieces done", job.name, name_of(status.state),
+                                   status.count(State::Done), job.pieces.size());
+    for (const State s : {State::Running, State::Lost, State::Failed, State::GaveUp})
+        if (status.count(s) > 0) text += fmt::format(", {} {}", status.count(s), name_of(s));
+    text += fmt::format("; {} of {} frame{} written\n", status.merged_count(), job.frames.size(),
+                        job.frames.size() == 1 ? "" : "s");
+    if (status.cpu_s > 0 || status.wall_s > 0) {
+        text += fmt::format("{} since the first start, {:.3f} CPU hours", duration(status.wall_s),
+                            cpu_hours(status));
+        if (price > 0) text += fmt::format(", cost {:.2f}", price * cpu_hours(status));
+        if (status.left_s) text += fmt::format(", about {} left", duration(*status.left_s));
+        text += "\n";
+    }
+    text += table(job, status, all);
+    if (status.state == JobState::Incomplete || status.state == JobState::Canceled)
+        text += incomplete_text(job, status);
+    return text;
+}
+
+std::string status_json(const Job& job, const JobStatus& status, double price) {
+    json j;
+    j["schema"] = "velatura.farm.status/1";
+    j["job"] = job.folder;
+    j["name"] = job.name;
+    j["engine"] = name_of(job.engine);
+    j["state"] = name_of(status.state);
+    j["pieces"] = {{"total", job.pieces.size()}};
+    for (size_t s = 0; s < status.counts.size(); ++s)
+        j["pieces"][std::string(name_of(State(s)))] = status.counts[s];
+    j["frames"] = {{"total", job.frames.size()}, {"written", status.merged_count()}};
+    j["wall_s"] = status.wall_s;
+    j["cpu_s"] = status.cpu_s;
+    j["left_s"] = status.left_s ? json(*status.left_s) : json(nullptr);
+    if (price > 0) j["cost"] = price * cpu_hours(status);
+    j["outputs"] = json::array();
+    for (size_t i = 0; i < job.frames.size(); ++i)
+        j["outputs"].push_back({{"frame", job.frames[i]},
+                                {"file", job.outputs[i]},
+                                {"written", bool(status.is_merged[i])}});
+    j["list"] = json::array();
+    for (size_t i = 0; i < status.pieces.size(); ++i) {
+        const PieceState& s = status.pieces[i];
+        const Piece& p = job.pieces[i];
+        json row = {{"piece", i},
+                    {"frame", job.frames[p.frame]},
+                    {"samples", {p.first, p.end}},
+                    {"state", name_of(s.state)},
+                    {"attempts", s.attempts.size()},
+                    {"failures", s.failures}};
+        if (s.state == State::Running) row["percent"] = s.percent;
+        if (!s.attempts.empty()) {
+            const Attempt& a = s.attempts.back();
+            row["node"] = a.node;
+            row["wall_s"] = wall_of(s);
+            row["cpu_s"] = a.cpu_s;
+            row["peak_bytes"] = a.peak_bytes;
+            row["code"] = a.code;
+            row["reason"] = a.reason;
+            row["log"] = a.log;
+        }
+        j["list"].push_back(std::move(row));
+    }
+    return j.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
+}
+
+std::string incomplete_text(const Job& job, const JobStatus& status) {
+    std::vector<int> missing;
+    std::string text;
+    for (size_t i = 0; i < status.pieces.size(); ++i) {
+        const PieceState& s = status.pieces[i];
+        if (s.state == State::Done) continue;
+        missing.push_back(int(i));
+        constexpr size_t max_listed = 20;
+        if (missing.size() > max_listed || s.attempts.empty()) continue;
+        const Attempt& a = s.attempts.back();
+        text += fmt::format("  {} on {}: {}; log: {}\n", job.title(i), a.node,
+                            a.reason.empty() ? "did not end" : a.reason, job.path(a.log));
+    }
+    for (const std::string& problem : status.problems) text += fmt::format("  {}\n", problem);
+    if (missing.empty())
+        return fmt::format("{}to merge: velatura farm retry {}\n", text, job.folder);
+    return fmt::format("missing: pieces {}\n{}to render them: velatura farm retry {}\n",
+                       frame_list(missing), text, job.folder);
+}
+
+}  // namespace velatura::farm

@@ -1,0 +1,336 @@
+// SPDX-License-Identifier: Apache-2.0
+// Job folders without a render: how samples are split, and what files of the folder mean.
+#include "farm/job.h"
+
+#include "base/atomic_file.h"
+#include "base/command_line.h"
+#include "farm/piece_state.h"
+#include "farm/process.h"
+#include "farm/status.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <numeric>
+#include <random>
+
+namespace velatura::farm {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+class FarmJob : public ::testing::Test {
+  protected:
+    FarmJob() {
+        std::string pattern = (fs::temp_directory_path() / "velatura_farm_XXXXXX").string();
+        EXPECT_NE(::mkdtemp(pattern.data()), nullptr);
+        job.folder = pattern + "/job";
+        job.name = "shot";
+        job.program = "velatura";
+        job.build = "0123";
+        job.directory = pattern;
+        job.scene = "a scene.usda";
+        job.options = {"--res", "8", "8", "--set=/W.x=\"quoted\""};
+        job.frames = {"1", "1.5"};
+        job.outputs = {"o.0001.exr", "o.0001.500.exr"};
+        for (size_t frame = 0; frame < 2; ++frame)
+            for (Piece p : split_samples(8, 2)) {
+                p.frame = frame;
+                job.pieces.push_back(p);
+            }
+    }
+
+    ~FarmJob() override {
+        std::error_code ignored;
+        fs::remove_all(job.directory, ignored);
+    }
+
+    /// A piece in a state, on a machine that is not this one.
+    PieceState state_on(const std::string& node, State state) const {
+        PieceState s;
+        s.state = state;
+        Attempt a;
+        a.node = a.host = node;
+        a.process = 1;
+        a.start_s = now_s();
+        a.log = "logs/x.log";
+        s.attempts.push_back(a);
+        if (state == State::Done) s.part = Part{3, "ab", "s", "t"};
+        return s;
+    }
+
+    void write(size_t piece, const PieceState& s) const {
+        ASSERT_TRUE(write_piece(job, piece, s).has_value());
+    }
+
+    State read(size_t piece) const {
+        const auto s = read_piece(job, piece);
+        EXPECT_TRUE(s.has_value()) << s.error().message;
+        return s->state;
+    }
+
+    Job job;
+};
+
+TEST_F(FarmJob, SplitsAreAdjacentAndAboutEqual) {
+    std::mt19937 random(7);
+    for (int i = 0; i < 2000; ++i) {
+        const uint64_t end = 1 + random() % 5000, count = 1 + random() % 64;
+        const std::vector<Piece> pieces = split_samples(end, count);
+        ASSERT_EQ(pieces.size(), std::min(end, count));
+        uint64_t at = 0;
+        for (const Piece& p : pieces) {
+            ASSERT_EQ(p.first, at) << end << " in " << count;
+            ASSERT_LT(p.first, p.end) << end << " in " << count;
+            ASSERT_LE(double(p.end - p.first), 1.6 * double(end) / double(pieces.size()) + 1);
+            at = p.end;
+        }
+        ASSERT_EQ(at, end);
+    }
+}
+
+TEST_F(FarmJob, SplitsOfPowersOfTwoAreWholeBlocks) {
+    for (const uint64_t end : {64u, 256u, 4096u})
+        for (const uint64_t count : {2u, 4u, 16u})
+            for (const Piece& p : split_samples(end, count)) {
+                EXPECT_EQ(p.end - p.first, end / count);
+                EXPECT_EQ(p.first % (end / count), 0u);
+            }
+    // 3 pieces of 256: bounds are multiples of 32, the largest power of two within half a piece
+    for (const Piece& p : split_samples(256, 3)) EXPECT_EQ(p.first % 32, 0u) << p.first;
+}
+
+TEST_F(FarmJob, IsReadAsItWasWritten) {
+    ASSERT_TRUE(create_job(job).has_value());
+    const auto found = read_job(job.folder + "/");
+    ASSERT_TRUE(found.has_value()) << found.error().message;
+    EXPECT_EQ(found->folder, job.folder);
+    EXPECT_EQ(found->name, job.name);
+    EXPECT_EQ(found->options, job.options);
+    EXPECT_EQ(found->scene, job.scene);
+    EXPECT_EQ(found->frames, job.frames);
+    EXPECT_EQ(found->outputs, job.outputs);
+    EXPECT_EQ(found->retries, job.retries);
+    ASSERT_EQ(found->pieces.size(), job.pieces.size());
+    for (size_t i = 0; i < job.pieces.size(); ++i) {
+        EXPECT_EQ(found->pieces[i].frame, job.pieces[i].frame);
+        EXPECT_EQ(found->pieces[i].first, job.pieces[i].first);
+        EXPECT_EQ(found->pieces[i].end, job.pieces[i].end);
+    }
+    const auto again = create_job(job);
+    ASSERT_FALSE(again.has_value());
+    EXPECT_EQ(again.error().code, "farm-job");
+}
+
+TEST_F(FarmJob, DamagedFilesAreErrorsThatNameThem) {
+    EXPECT_EQ(read_job(job.folder).error().code, "farm-job") << "there is none";
+    ASSERT_TRUE(create_job(job).has_value());
+    const std::string file = job.path("job.json");
+    const std::string whole = *read_file(file);
+    const auto refuses = [&](const std::string& text) {
+        EXPECT_TRUE(write_file_atomically(file, text).has_value());
+        const auto found = read_job(job.folder);
+        if (found.has_value()) return false;
+        EXPECT_EQ(found.error().code, "farm-job");
+        EXPECT_NE(found.error().message.find("job.json"), std::string::npos);
+        return true;
+    };
+    EXPECT_FALSE(refuses(whole));
+    for (size_t cut = 0; cut + 2 < whole.size(); cut += 7)
+        EXPECT_TRUE(refuses(whole.substr(0, cut))) << cut;
+    for (const auto& [from, to] : std::vector<std::pair<std::string, std::string>>{
+             {"[0, 0, 4]", "[0, 4, 4]"},
+             {"[0, 0, 4]", "[9, 0, 4]"},
+             {"[0, 0, 4]", "[0, 0, -4]"},
+             {"[0, 0, 4]", "[0, 0]"},
+             {"\"local\"", "\"moon\""},
+             {"velatura.farm.job/1", "velatura.farm.job/9"},
+             {"\"retries\": 2", "\"retries\": 1e39"},
+             {"\"directory\"", "\"directories\""},
+             {"\"1.5\"\n", "\"1.5\", \"2\"\n"}}) {
+        std::string text = whole;
+        ASSERT_NE(text.find(from), std::string::npos) << from;
+        text.replace(text.find(from), from.size(), to);
+        EXPECT_TRUE(refuses(text)) << to;
+    }
+    const std::string too_deep = std::string(100000, '[') + std::string(100000, ']');
+    EXPECT_TRUE(refuses(too_deep));
+
+    EXPECT_TRUE(write_file_atomically(job.state_file(1), "{}").has_value());
+    EXPECT_EQ(read_piece(job, 1).error().code, "farm-piece");
+    EXPECT_EQ(read_piece(job, 4).error().code, "farm-piece") << "there are four";
+}
+
+TEST_F(FarmJob, StatesFollowFromFilesAndTheirAge) {
+    ASSERT_TRUE(create_job(job).has_value());
+    EXPECT_EQ(read(0), State::Waiting);
+    write(0, state_on("elsewhere", State::Running));
+    EXPECT_EQ(read(0), State::Running);
+    fs::last_write_time(job.state_file(0), fs::file_time_type::clock::now() -
+                                               std::chrono::seconds(int(silence_s) + 5));
+    EXPECT_EQ(read(0), State::Lost) << "its machine is silent";
+
+    PieceState here = state_on(host_name(), State::Running);
+    here.attempts.back().process = ::getpid();
+    write(1, here);
+    EXPECT_EQ(read(1), State::Running);
+    // A child that has ended and is waited for is no process any more
+    const pid_t child = ::fork();
+    if (child == 0) ::_exit(0);
+    ASSERT_EQ(::waitpid(child, nullptr, 0), child);
+    here.attempts.back().process = child;
+    write(1, here);
+    EXPECT_EQ(read(1), State::Lost) << "its process ended without a word";
+
+    write(2, state_on("a", State::Done));
+    ASSERT_TRUE(write_file_atomically(job.cancel_file(), "").has_value());
+    EXPECT_EQ(read(2), State::Done);
+    EXPECT_EQ(read(3), State::Canceled);
+    EXPECT_EQ(read(1), State::Canceled);
+}
+
+TEST_F(FarmJob, APieceIsTriedAsOftenAsTheJobAllows) {
+    ASSERT_TRUE(create_job(job).has_value());
+    job.retries = 2;
+    PieceState s = state_on("a", State::Running);
+    note_failure(s, job, "broke", false);
+    EXPECT_EQ(s.state, State::Failed);
+    note_failure(s, job, "broke", false);
+    EXPECT_EQ(s.state, State::Failed);
+    note_failure(s, job, "broke", false);
+    EXPECT_EQ(s.state, State::GaveUp) << "one try and two more";
+    PieceState usage = state_on("a", State::Running);
+    note_failure(usage, job, "refused", true);
+    EXPECT_EQ(usage.state, State::GaveUp) << "another try would fail the same";
+
+    write(0, s);
+    write(1, state_on("a", State::Done));
+    ASSERT_TRUE(reset_failures(job).has_value());
+    EXPECT_EQ(read(0), State::Waiting);
+    EXPECT_EQ(read_piece(job, 0)->attempts.back().reason, "broke") << "what happened stays";
+    EXPECT_EQ(read(1), State::Done);
+}
+
+TEST_F(FarmJob, StatusNamesWhatLacks) {
+    ASSERT_TRUE(create_job(job).has_value());
+    EXPECT_EQ(status_of(job)->state, JobState::Waiting);
+    for (const size_t i : {0u, 1u, 2u}) {
+        PieceState s = state_on("node" + std::to_string(i), State::Done);
+        s.attempts.back().wall_s = 4;
+        s.attempts.back().cpu_s = 1800;
+        write(i, s);
+    }
+    PieceState bad = state_on("rust", State::Running);
+    note_failure(bad, job, "exit code 2: error: no", true);
+    write(3, bad);
+    const auto status = status_of(job);
+    ASSERT_TRUE(status.has_value());
+    EXPECT_EQ(status->state, JobState::Incomplete);
+    EXPECT_EQ(status->count(State::Done), 3u);
+    EXPECT_DOUBLE_EQ(status->cpu_s, 5400);
+    const std::string text = status_text(job, *status, false, 2.0);
+    for (const char* part :
+         {"3 of 4 pieces done", "1 gave-up", "1.500 CPU hours", "cost 3.00", "missing: pieces 3",
+          "rust", "exit code 2: error: no", "frame 1.5", "velatura farm retry"})
+        EXPECT_NE(text.find(part), std::string::npos) << part << " in\n" << text;
+    EXPECT_EQ(text.find("node1"), std::string::npos) << "pieces that are done are not listed";
+    EXPECT_NE(status_text(job, *status, true, 0).find("node1"), std::string::npos);
+
+    const auto j = nlohmann::json::parse(status_json(job, *status, 2.0));
+    EXPECT_EQ(j["state"], "incomplete");
+    EXPECT_EQ(j["pieces"]["gave-up"], 1);
+    EXPECT_EQ(j["list"].size(), 4u);
+    EXPECT_EQ(j["list"][3]["node"], "rust");
+    EXPECT_EQ(j["list"][2]["samples"], nlohmann::json({0, 4}));
+    EXPECT_DOUBLE_EQ(j["cost"], 3.0);
+}
+
+TEST_F(FarmJob, AProcessReportsItsEndAndItsLines) {
+    std::vector<std::string> lines;
+    ProcessRequest request;
+    request.arguments = {"sh", "-c", "echo one; echo two >&2; printf three; exit 7"};
+    request.on_line = [&](std::string_view line) { lines.emplace_back(line); };
+    auto ended = run_process(request);
+    ASSERT_TRUE(ended.has_value());
+    EXPECT_EQ(ended->code, 7);
+    EXPECT_FALSE(ended->is_killed);
+    EXPECT_EQ(lines, (std::vector<std::string>{"one", "two", "three"}));
+
+    request.arguments = {"sh", "-c", "kill -9 $$"};
+    ended = run_process(request);
+    EXPECT_EQ(ended->code, 128 + 9);
+    EXPECT_TRUE(ended->is_killed);
+
+    request.arguments = {"sh", "-c",
+                         "trap 'echo stopping; exit 3' TERM; while :; do sleep 0.05; done"};
+    int asked = 0;
+    request.is_to_stop = [&] { return ++asked > 3; };
+    lines.clear();
+    ended = run_process(request);
+    EXPECT_EQ(ended->code, 3);
+    EXPECT_EQ(lines, std::vector<std::string>{"stopping"});
+
+    request = {};
+    request.arguments = {"/no/such/program"};
+    lines.clear();
+    request.on_line = [&](std::string_view line) { lines.emplace_back(line); };
+    ended = run_process(request);
+    EXPECT_EQ(ended->code, 127);
+    ASSERT_EQ(lines.size(), 1u);
+    EXPECT_EQ(lines[0], "error: cannot start /no/such/program [farm-process]");
+}
+
+/// What one command line holds, another one reads alike.
+TEST(GivenWords, AreReadAlikeAgain) {
+    struct Values {
+        std::vector<int> size;
+        std::vector<double> crop;
+        std::vector<std::string> sets, names;
+        std::string text;
+        bool flag = false;
+        int count = 0;
+
+        bool operator==(const Values&) const = default;
+    };
+
+    const auto words_of = [](const std::vector<std::string>& typed, Values& v) {
+        CommandLine line("", "x");
+        Command command = line.add_subcommand("go", "");
+        std::string scene, left;
+        command.add_option("scene", scene, "");
+        Command group = command.add_group("G");
+        group.add_option("--res", v.size, "").size(100);
+        group.add_option("--crop", v.crop, "").expected(4);
+        group.add_option("--set", v.sets, "").expected(1).take_all();
+        group.add_option("--names", v.names, "").delimiter(',');
+        command.add_option("-t,--text", v.text, "");
+        command.add_option("-o,--output", left, "");
+        group.add_flag("--flag", v.flag, "");
+        group.add_flag("-v,--verbose", v.count, "");
+        const auto exit = line.parse(typed);
+        EXPECT_FALSE(exit) << exit->text;
+        return command.given_words({"--output"});
+    };
+    Values first, second;
+    const std::vector<std::string> words = words_of(
+        {"go",   "-o",      "out", "s.usda", "--res", "9x9",          "--res", "16x12", "--crop",
+         "-0.5", "1",       "0",   "1",      "--set", "/A.x = -1",    "--set", "b\nc",  "--names",
+         "p,q",  "--names", "r",   "--flag", "-v",    "--text=-5--1", "-v"},
+        first);
+    EXPECT_EQ(first.text, "-5--1");
+    EXPECT_EQ(first.size, (std::vector<int>{16, 12}));
+    std::vector<std::string> again = {"go", "s.usda"};
+    again.insert(again.end(), words.begin(), words.end());
+    EXPECT_EQ(words_of(again, second), words);
+    EXPECT_TRUE(first == second);
+    for (const std::string& word : words) EXPECT_EQ(word.find("out"), std::string::npos) << word;
+}
+
+}  // namespace
+
+}  // namespace velatura::farm
