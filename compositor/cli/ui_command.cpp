@@ -28,6 +28,7 @@ struct UiOptions {
     std::string preset, input_space, stereo;
     std::optional<double> frame;
     std::vector<int> size;
+    bool follows = false;
 };
 
 /// The program of the window, which lies beside this one where it was built.
@@ -75,6 +76,7 @@ int run_ui(const UiOptions& o) {
     if (o.frame) arguments.insert(arguments.end(), {"--frame", fmt::format("{}", *o.frame)});
     if (!o.input_space.empty()) arguments.insert(arguments.end(), {"--input-space", o.input_space});
     if (!o.stereo.empty()) arguments.insert(arguments.end(), {"--stereo", o.stereo});
+    if (o.follows) arguments.emplace_back("--follow");
     if (!o.size.empty()) {
         arguments.emplace_back("--size");
         for (const int v : o.size) arguments.push_back(std::to_string(v));
@@ -105,6 +107,7 @@ void add_ui_command(Command& app, std::function<int()>& run) {
                     "Color space of the file, overrides its header (see `mix`)")
         .type_name("SPACE");
     add_stereo_option(command, o->stereo);
+    command.add_flag("--follow", o->follows, "Read the file again when a render replaces it");
     command.add_option("--size", o->size, "Window size").size(16384).default_text("1600 960");
     command.example("velatura-comp ui shot.exr");
     command.callback([&run, o] { run = [o] { return run_ui(*o); }; });

@@ -58,6 +58,7 @@ std::vector<KeyBinding> make_bindings() {
     std::vector<KeyBinding> bindings = {
         {ctrl('O'), Action::OpenFile, "Open a file of light layers", {}},
         {plain(key_f5), Action::Reload, "Read the file again, the look stays", {}},
+        {shift(key_f5), Action::Follow, "Follow the file: read it when it is replaced", {}},
         {plain(key_page_up), Action::PreviousFrame, "The frame before, the look stays", {}},
         {plain(key_page_down), Action::NextFrame, "The next frame, the look stays", {}},
         {ctrl('L'), Action::OpenPreset, "Load a preset", {}},

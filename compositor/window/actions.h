@@ -11,6 +11,7 @@ namespace velatura::compositor::window {
 enum class Action {
     OpenFile,
     Reload,
+    Follow,
     Compare,
     EndComparison,
     PreviousFrame,

@@ -2,7 +2,6 @@
 #include "compositor/window/desktop.h"
 
 #include "base/hash.h"
-#include "compositor/io/input_files.h"
 #include "compositor/window/folder_list.h"
 #include "compositor/window/image_panel.h"
 #include "compositor/window/menu_bar.h"
@@ -11,21 +10,13 @@
 #include "compositor/window/pixel_panel.h"
 #include "compositor/window/widgets.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace velatura::compositor::window {
 
 namespace {
-
-Result<std::shared_ptr<const Levels>> load(const std::vector<std::string>& paths,
-                                           const std::string& view) {
-    auto stack = paths.size() == 1 ? LayerStack::load(paths[0], ForeignFiles::Plain, view)
-                                   : load_input(paths, view);
-    if (!stack) return stack.error();
-    auto levels = Levels::make(std::make_shared<const LayerStack>(std::move(*stack)));
-    if (!levels) return levels.error();
-    return std::make_shared<const Levels>(std::move(*levels));
-}
 
 /// Tells requests apart.
 uint64_t digest_of(const WorkRequest& request) {
@@ -86,6 +77,7 @@ Desktop::Desktop(const GlfwWindow& window, std::optional<double> frame)
 void Desktop::open(const std::string& path) {
     if (path.ends_with(".json")) return session_.load_preset(path);
     loading_.replace(loader(path));
+    opened_ = {files_of(path), {}, nullptr};
     session_.report("loading " + path);
 }
 
@@ -99,10 +91,13 @@ void Desktop::open_compared(const std::string& path) {
     session_.report("loading " + path);
 }
 
+std::vector<std::string> Desktop::files_of(const std::string& path) const {
+    if (!together_.empty() && path == together_[0]) return together_;
+    return {file_to_open(path, frame_)};
+}
+
 Jobs<Desktop::Loaded>::Work Desktop::loader(const std::string& path) const {
-    std::vector<std::string> paths = {file_to_open(path, frame_)};
-    if (!together_.empty() && path == together_[0]) paths = together_;
-    return [paths = std::move(paths), view = stereo_, has_file = session_.has_file()] {
+    return [paths = files_of(path), view = stereo_, has_file = session_.has_file()] {
         return load_files(paths, view, has_file);
     };
 }
@@ -110,11 +105,14 @@ Jobs<Desktop::Loaded>::Work Desktop::loader(const std::string& path) const {
 Result<Desktop::Loaded> Desktop::load_files(const std::vector<std::string>& paths,
                                             const std::string& view,
                                             bool is_lenient) {
-    auto levels = load(paths, view);
+    // Before they are read: what replaces them meanwhile is news to who follows them
+    FileStates states = states_of(paths);
+    auto levels = load_levels(paths, view);
     // A view that was chosen for one file is that of others as far as they have it
-    if (!levels && is_lenient && levels.error().code == "unknown-view") levels = load(paths, "");
+    if (!levels && is_lenient && levels.error().code == "unknown-view")
+        levels = load_levels(paths, "");
     if (!levels) return levels.error();
-    return Loaded{paths[0], std::move(*levels)};
+    return Loaded{paths, std::move(states), std::move(*levels)};
 }
 
 void Desktop::press(const KeyPress& key, bool is_repeat) {
@@ -131,22 +129,68 @@ void Desktop::write_output(const std::string& path) {
 }
 
 void Desktop::take_loaded() {
-    const auto loaded = loading_.take();
+    auto loaded = loading_.take();
     if (!loaded) return;
-    if (!*loaded) return session_.report(loaded->error().message, true);
-    const Loaded& file = **loaded;
+    if (!*loaded) {
+        session_.report(loaded->error().message, true);
+        // What is not there, or not whole, may be replaced
+        if (!session_.has_file() && session_.is_following()) follow(std::move(opened_));
+        return;
+    }
+    show(**loaded);
+    followed_ = std::move(**loaded);
+    followed_.levels.reset();
+    source_.reset();
+}
+
+void Desktop::show(const Loaded& file) {
     textures_.show(file.levels);
     drawing_.noise.reset();
     drawing_.flagged.clear();
     drawing_.cursor.reset();
-    session_.show(file.path, file.levels, frame_);
+    session_.show(file.paths[0], file.levels, frame_);
+}
+
+/// Makes `files` those that are followed, from the state in which they were read.
+void Desktop::follow(Loaded files) {
+    const std::string view = session_.has_file() ? session_.stack().view() : stereo_;
+    followed_ = std::move(files);
+    source_ =
+        std::make_unique<FileFollower>(followed_.paths, view, followed_.states, GlfwWindow::wake);
+}
+
+/// What replaced the layers that are shown.
+void Desktop::take_renewed() {
+    if (!session_.is_following()) source_.reset();
+    if (session_.is_following() && !source_ && !followed_.paths.empty() && !loading_.is_busy())
+        follow(std::move(followed_));
+    if (!source_) return;
+    auto news = source_->take();
+    if (!news) return;
+    is_renewal_due_ = false;
+    if (!*news)
+        return session_.report(
+            news->error().message +
+                (session_.has_file() ? "; showing the last image" : "; waiting for it"),
+            session_.has_file());
+    RenewedLayers& renewed = **news;
+    if (!session_.has_file()) return show({followed_.paths, {}, renewed.levels});
+    const image::Window before = session_.stack().image().display, now = renewed.levels->frame(0);
+    textures_.renew(renewed.levels);
+    if (before.width() != now.width() || before.height() != now.height()) drawing_.cursor.reset();
+    session_.renew(renewed.levels, renewed.is_other_image);
+    const layers::SampleInfo& samples = session_.stack().header().samples;
+    session_.report(source_->state() +
+                    (session_.stack().is_plain()
+                         ? std::string(": read again")
+                         : fmt::format(": {} spp", samples.end - samples.first)));
 }
 
 void Desktop::take_compared() {
     const auto loaded = comparing_.take();
     if (!loaded) return;
     if (!*loaded) return session_.report(loaded->error().message, true);
-    session_.compare((*loaded)->path, (*loaded)->levels);
+    session_.compare((*loaded)->paths[0], (*loaded)->levels);
 }
 
 void Desktop::take_results() {
@@ -168,14 +212,15 @@ void Desktop::take_results() {
 void Desktop::take_up() {
     take_loaded();
     take_compared();
+    take_renewed();
     if (const auto saved = saving_.take())
         session_.report(*saved ? **saved : saved->error().message, !*saved);
     take_results();
 }
 
 bool Desktop::is_settled() const {
-    return !drawing_.is_working && !loading_.is_busy() && !comparing_.is_busy() &&
-           !saving_.is_busy();
+    return !drawing_.is_working && !is_renewal_due_ && !loading_.is_busy() &&
+           !comparing_.is_busy() && !saving_.is_busy();
 }
 
 void Desktop::request() {

@@ -2,6 +2,7 @@
 #include "compositor/window/levels.h"
 
 #include "base/tasks.h"
+#include "compositor/io/input_files.h"
 #include "compositor/io/row_values.h"
 
 #include <fmt/format.h>
@@ -187,6 +188,16 @@ Result<Levels> Levels::make(std::shared_ptr<const LayerStack> stack) {
         levels.stacks_.push_back(std::make_shared<const LayerStack>(std::move(*smaller)));
     }
     return levels;
+}
+
+Result<std::shared_ptr<const Levels>> load_levels(const std::vector<std::string>& paths,
+                                                  const std::string& view) {
+    auto stack = paths.size() == 1 ? LayerStack::load(paths[0], ForeignFiles::Plain, view)
+                                   : load_input(paths, view);
+    if (!stack) return stack.error();
+    auto levels = Levels::make(std::make_shared<const LayerStack>(std::move(*stack)));
+    if (!levels) return levels.error();
+    return std::make_shared<const Levels>(std::move(*levels));
 }
 
 LevelPlans plans_by_level(const Levels& levels,

@@ -44,6 +44,12 @@ class Levels {
     std::vector<ShownLayer> shown_;
 };
 
+/// Reads a file with or without a header of Velatura, or several of one AOV each. `view`: of a
+/// stereo file, empty takes the first. Errors: those of LayerStack::load, load_input and
+/// Levels::make.
+Result<std::shared_ptr<const Levels>> load_levels(const std::vector<std::string>& paths,
+                                                  const std::string& view);
+
 using LevelPlans = std::vector<std::shared_ptr<const mix::MixPlan>>;
 
 /// A plan for each level: the same, but for the mattes, which are as small as the level. Those that

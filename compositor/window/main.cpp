@@ -29,7 +29,7 @@ struct Options {
     std::string preset, script, input_space, stereo;
     std::optional<double> frame;
     int width = 1600, height = 960;
-    bool prints_times = false;
+    bool prints_times = false, follows = false;
 };
 
 int report(const Error& error) {
@@ -79,6 +79,13 @@ Result<std::optional<ScriptPlayer>> player_of(const std::string& path) {
     return std::optional<ScriptPlayer>(ScriptPlayer(std::move(*steps)));
 }
 
+/// As a render does: whole at once, under the name of the old one.
+Result<void> replace_file(const std::string& path, const std::string& by) {
+    const auto bytes = read_file(by);
+    if (!bytes) return bytes.error();
+    return write_file_atomically(path, *bytes);
+}
+
 /// How long nothing needs to be drawn if nothing happens, in seconds. What becomes ready wakes the
 /// window; drawing without need would take time from it where there is no graphics card.
 double patience(const Desktop& desktop) {
@@ -102,6 +109,7 @@ int run(const Options& o) {
     Desktop desktop(**window, o.frame);
     desktop.set_input_space(o.input_space);
     desktop.set_stereo(o.stereo);
+    desktop.set_following(o.follows);
     if (o.frame && !std::isfinite(*o.frame))
         return report({"bad-arguments", "--frame is not a number"});
     for (const std::string& path : {o.preset, is_preset(input) ? input : std::string()}) {
@@ -131,6 +139,11 @@ int run(const Options& o) {
         for (const std::string& path : (*window)->take_dropped()) desktop.open(path);
         if (*player) {
             if (const auto path = (*player)->take_dropped()) desktop.open(*path);
+            if (const auto files = (*player)->take_replaced()) {
+                if (const auto done = replace_file(files->first, files->second); !done)
+                    return report(done.error());
+                desktop.expect_renewal();
+            }
         }
         if (!ImGui::GetIO().WantTextInput) {
             for (const auto& [key, is_repeat] : GlfwWindow::pressed_keys())
@@ -167,6 +180,7 @@ int run_command(int argc, char** argv) {
                    "View of a stereo file: left, right, or a name of the file")
         .type_name("VIEW")
         .default_text("the first");
+    app.add_flag("--follow", o.follows, "Read the file again when a render replaces it");
     std::vector<int> size = {o.width, o.height};
     app.add_option("--size", size, "Window size").size(16384).default_text("1600 960");
     app.add_option("--script", o.script, "Script of mouse and key events to play before quitting")

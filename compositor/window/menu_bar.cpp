@@ -55,6 +55,10 @@ bool can_redo(const Session& session) {
     return session.can_redo();
 }
 
+bool is_following(const Session& session) {
+    return session.is_following();
+}
+
 bool is_comparing(const Session& session) {
     return !session.compared().empty();
 }
@@ -65,6 +69,7 @@ struct Entry {
     Action action = Action::ShowHelp;
     bool (*is_enabled)(const Session&) = has_file;
     void (*draw)(Drawing&) = nullptr;
+    bool (*is_on)(const Session&) = nullptr;  ///< of a switch
 };
 
 struct Menu {
@@ -81,6 +86,7 @@ const std::vector<Menu>& menus() {
          {{"Open …", Action::OpenFile, always},
           {"Open recent", Action::OpenFile, always, draw_recent},
           {"Read again", Action::Reload},
+          {"Follow the file", Action::Follow, has_file, nullptr, is_following},
           {"Compare with …", Action::Compare},
           {"End the comparison", Action::EndComparison, is_comparing},
           {"Previous frame", Action::PreviousFrame},
@@ -134,7 +140,8 @@ void draw_entry(Drawing& drawing, const Entry& entry) {
     Session& session = drawing.session;
     if (!entry.label) return ImGui::Separator();
     if (entry.draw) return entry.draw(drawing);
-    if (ImGui::MenuItem(entry.label, keys_of(entry.action), false, entry.is_enabled(session)))
+    const bool is_on = entry.is_on && entry.is_on(session);
+    if (ImGui::MenuItem(entry.label, keys_of(entry.action), is_on, entry.is_enabled(session)))
         session.perform(entry.action);
     note_item(drawing, std::string("menu ") + entry.label);
 }

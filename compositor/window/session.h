@@ -61,6 +61,15 @@ class Session {
               std::shared_ptr<const Levels> levels,
               std::optional<double> frame = std::nullopt);
 
+    /// The same file with other layers: looks, undo, zoom and what is selected stay; what the look
+    /// names and the new layers lack is skipped. is_other_image: see RenewedLayers.
+    void renew(std::shared_ptr<const Levels> levels, bool is_other_image = false);
+
+    /// The file is to be read again whenever it is replaced.
+    bool is_following() const { return is_following_; }
+
+    void set_following(bool is_following) { is_following_ = is_following; }
+
     bool has_file() const { return levels_ != nullptr; }
 
     /// Of the look that is edited, as rows and numbers are: that of B is the other file while there
@@ -276,7 +285,7 @@ class Session {
     void keep_mode();
     void keep_picks();
     RowTarget selected_row() const;
-    std::string not_finite_text() const;
+    void take_levels(std::shared_ptr<const Levels> levels);
     std::string notes_text() const;
     bool is_saved(const Look& look) const;
     void remember_saved(const Look& look);
@@ -326,7 +335,8 @@ class Session {
     std::vector<std::string> picked_;
     ImageView view_;
     ViewMode mode_;
-    bool is_picking_ = false, is_wiping_ = false, wants_to_quit_ = false, wants_to_search_ = false;
+    bool is_picking_ = false, is_wiping_ = false, wants_to_quit_ = false, wants_to_search_ = false,
+         is_following_ = false;
     double wipe_ = 0.5;
     Page page_ = Page::Lights;
     std::string pick_layer_, matte_, selected_, row_search_, input_space_, own_space_;

@@ -48,6 +48,14 @@ void Textures::show(std::shared_ptr<const Levels> levels) {
     }
 }
 
+void Textures::renew(std::shared_ptr<const Levels> levels) {
+    bool has_same_tiles = levels_ && levels->count() == levels_->count();
+    for (size_t k = 0; has_same_tiles && k < levels->count(); ++k)
+        has_same_tiles = levels->frame(k) == levels_->frame(k);
+    if (!has_same_tiles) return show(std::move(levels));
+    levels_ = std::move(levels);
+}
+
 void Textures::take(const FinishedTile& finished) {
     if (finished.levels != levels_) return;
     const TileGrid& grid = grids_[finished.level];
@@ -69,10 +77,10 @@ void Textures::take(const FinishedTile& finished) {
         glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, w.width(), w.height(), GL_RGBA, GL_UNSIGNED_BYTE,
                         finished.rgba.data());
     }
-    tile.version = finished.version;
+    tile.look_version = finished.look_version;
 }
 
-/// The tile itself or the one of a coarser level around it, whichever shows the newer image.
+/// The tile itself or the one of a coarser level around it, whichever shows the newer look.
 const Textures::Tile* Textures::newest_over(size_t look,
                                             size_t level,
                                             size_t tile,
@@ -82,7 +90,7 @@ const Textures::Tile* Textures::newest_over(size_t look,
     for (size_t k = level; k < grids_.size(); ++k) {
         const auto shift = int(k - level);
         const Tile& candidate = tiles_[look][k][tile_at(grids_[k], w.x0 >> shift, w.y0 >> shift)];
-        if (candidate.version > (newest ? newest->version : 0)) {
+        if (candidate.look_version > (newest ? newest->look_version : 0)) {
             newest = &candidate;
             found_level = k;
         }

@@ -26,17 +26,20 @@ class Textures {
 
     /// Tiles of another file than the newest are dropped.
     void show(std::shared_ptr<const Levels> levels);
+    /// The same, but the tiles of the file before stay until those of the new one take their
+    /// places; of an image of another size they cannot.
+    void renew(std::shared_ptr<const Levels> levels);
     void take(const FinishedTile& tile);
 
     /// Draws a look with the image's top left corner at `origin`, `scale` pixels of the screen
-    /// per pixel of the image: for each tile of the level the newest there is, in the level
-    /// itself or in a coarser one.
+    /// per pixel of the image: for each tile of the level the one of the newest look there is, in
+    /// the level itself or in a coarser one.
     void draw(ImDrawList& list, size_t look, size_t level, const ImVec2& origin, double scale);
 
   private:
     struct Tile {
         unsigned texture = 0;
-        uint64_t version = 0;
+        uint64_t look_version = 0;
     };
 
     const Tile* newest_over(size_t look, size_t level, size_t tile, size_t& found_level) const;
