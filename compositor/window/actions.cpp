@@ -28,7 +28,8 @@ constexpr KeyPress ctrl_shift(int key) {
 }
 
 /// Keys without a letter.
-constexpr std::array<std::pair<const char*, int>, 11> special_keys = {{{"Up", key_up},
+constexpr std::array<std::pair<const char*, int>, 12> special_keys = {{{"Space", key_space},
+                                                                       {"Up", key_up},
                                                                        {"Down", key_down},
                                                                        {"Left", key_left},
                                                                        {"Right", key_right},
@@ -111,7 +112,7 @@ const std::vector<KeyBinding>& bindings() {
 }
 
 std::vector<int> keys_in_use() {
-    std::vector<int> keys;
+    std::vector<int> keys = {key_space};
     for (const KeyBinding& b : bindings()) {
         if (std::find(keys.begin(), keys.end(), b.press.key) == keys.end())
             keys.push_back(b.press.key);

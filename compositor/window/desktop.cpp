@@ -54,7 +54,8 @@ Desktop::Desktop(const GlfwWindow& window, std::optional<double> frame)
     : frame_(frame),
       session_(RecentFiles(recent_list_path()), AutosavedLooks(autosave_folder())),
       drawing_{session_, textures_, {}, window.fonts(), {}, {}, {}, {}, {}, 0,
-               {},       true,      {}, false,          {}, {}, {}, {}, {}},
+               {},       true,      {}, false,          {}, {}, {}, {}, {}, {},
+               {}},
       worker_(GlfwWindow::wake),
       loading_(GlfwWindow::wake),
       comparing_(GlfwWindow::wake),
@@ -76,9 +77,18 @@ Desktop::Desktop(const GlfwWindow& window, std::optional<double> frame)
 
 void Desktop::open(const std::string& path) {
     if (path.ends_with(".json")) return session_.load_preset(path);
+    if (is_live_)
+        return session_.report("this window shows a render; open files with velatura-comp ui",
+                               true);
     loading_.replace(loader(path));
     opened_ = {files_of(path), {}, nullptr};
     session_.report("loading " + path);
+}
+
+void Desktop::set_source(std::shared_ptr<LayerSource> source, const std::string& name) {
+    source_ = std::move(source);
+    followed_.paths = {name};
+    is_live_ = true;
 }
 
 void Desktop::open_together(std::vector<std::string> paths) {
@@ -148,7 +158,7 @@ void Desktop::show(const Loaded& file) {
     drawing_.noise.reset();
     drawing_.flagged.clear();
     drawing_.cursor.reset();
-    session_.show(file.paths[0], file.levels, frame_);
+    session_.show(file.paths[0], file.levels, frame_, !is_live_);
 }
 
 /// Makes `files` those that are followed, from the state in which they were read.
@@ -156,34 +166,43 @@ void Desktop::follow(Loaded files) {
     const std::string view = session_.has_file() ? session_.stack().view() : stereo_;
     followed_ = std::move(files);
     source_ =
-        std::make_unique<FileFollower>(followed_.paths, view, followed_.states, GlfwWindow::wake);
+        std::make_shared<FileFollower>(followed_.paths, view, followed_.states, GlfwWindow::wake);
 }
 
 /// What replaced the layers that are shown.
 void Desktop::take_renewed() {
-    if (!session_.is_following()) source_.reset();
+    if (!is_live_ && !session_.is_following()) source_.reset();
     if (session_.is_following() && !source_ && !followed_.paths.empty() && !loading_.is_busy())
         follow(std::move(followed_));
     if (!source_) return;
     auto news = source_->take();
+    drawing_.live_state = is_live_ ? source_->state() : std::string();
     if (!news) return;
     is_renewal_due_ = false;
-    if (!*news)
+    if (!*news) {
+        std::string why = news->error().message;
+        if (why.ends_with('.')) why.pop_back();
         return session_.report(
-            news->error().message +
-                (session_.has_file() ? "; showing the last image" : "; waiting for it"),
+            why + (session_.has_file() ? "; showing the last image" : "; waiting for it"),
             session_.has_file());
-    RenewedLayers& renewed = **news;
-    if (!session_.has_file()) return show({followed_.paths, {}, renewed.levels});
-    const image::Window before = session_.stack().image().display, now = renewed.levels->frame(0);
-    textures_.renew(renewed.levels);
-    if (before.width() != now.width() || before.height() != now.height()) drawing_.cursor.reset();
-    session_.renew(renewed.levels, renewed.is_other_image);
+    }
+    renew(**news);
+    if (is_live_ || !session_.has_file()) return;
     const layers::SampleInfo& samples = session_.stack().header().samples;
     session_.report(source_->state() +
                     (session_.stack().is_plain()
                          ? std::string(": read again")
                          : fmt::format(": {} spp", samples.end - samples.first)));
+}
+
+void Desktop::renew(const RenewedLayers& renewed) {
+    if (!session_.has_file()) return show({followed_.paths, {}, renewed.levels});
+    const bool is_same_size = renewed.levels->image_frame() == session_.image_frame();
+    // A pixel of a draft is not that of the image
+    if (!is_same_size || renewed.levels->reduction() != session_.reduction())
+        drawing_.cursor.reset();
+    textures_.renew(renewed.levels, is_same_size);
+    session_.renew(renewed.levels, renewed.is_other_image);
 }
 
 void Desktop::take_compared() {
@@ -219,6 +238,7 @@ void Desktop::take_up() {
 }
 
 bool Desktop::is_settled() const {
+    if (source_ && !source_->is_settled()) return false;
     return !drawing_.is_working && !is_renewal_due_ && !loading_.is_busy() &&
            !comparing_.is_busy() && !saving_.is_busy();
 }

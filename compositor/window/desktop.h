@@ -28,6 +28,14 @@ class Desktop {
     /// One AOV in each (input_files.h), by the name of the first, which opens all of them again.
     void open_together(std::vector<std::string> paths);
 
+    /// The layers are those of a render that will write the file `name`: no other file is opened.
+    void set_source(std::shared_ptr<LayerSource> source, const std::string& name);
+
+    /// What the owner of such a source adds to the window; set before the first draw().
+    LiveHooks& hooks() { return drawing_.live; }
+
+    Session& session() { return session_; }
+
     /// Of the file's numbers; empty: what the file says.
     void set_input_space(const std::string& space) { session_.set_input_space(space); }
 
@@ -85,6 +93,7 @@ class Desktop {
     void show(const Loaded& file);
     void follow(Loaded files);
     void take_renewed();
+    void renew(const RenewedLayers& renewed);
     void take_results();
     void write_output(const std::string& path);
     void draw_workspace();
@@ -105,7 +114,8 @@ class Desktop {
     Loaded opened_;             ///< what is being loaded, or could not be
     Loaded followed_;           ///< what is shown, without its layers
     bool is_renewal_due_ = false;
-    std::unique_ptr<LayerSource> source_;  ///< null: nothing renews the layers
+    std::shared_ptr<LayerSource> source_;  ///< null: nothing renews the layers
+    bool is_live_ = false;                 ///< the source is a render, not a file
 };
 
 }  // namespace velatura::compositor::window

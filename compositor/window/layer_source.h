@@ -33,6 +33,9 @@ class LayerSource {
 
     /// What the status line states while nothing failed: `following shot.exr`.
     virtual std::string state() const = 0;
+
+    /// No layers are on their way.
+    virtual bool is_settled() const { return true; }
 };
 
 }  // namespace velatura::compositor::window

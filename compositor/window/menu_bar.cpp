@@ -174,7 +174,7 @@ void draw_menu_bar(Drawing& drawing) {
     if (!ImGui::BeginMenuBar()) return;
     draw_menus(drawing);
     if (session.has_file()) {
-        const image::Window& frame = session.stack().image().display;
+        const image::Window& frame = session.image_frame();
         const auto name_of = [](const std::string& path) {
             return std::filesystem::path(path).filename().string();
         };
@@ -202,15 +202,21 @@ void draw_status_line(Drawing& drawing) {
         !session.has_file() ? std::string()
         : t.seen > 0 ? fmt::format("mix {:.0f} ms{}", t.seen, drawing.is_working ? " …" : "")
                      : std::string("mixing …");
-    const std::string flagged = faults_text(drawing);
+    const std::string flagged = faults_text(drawing), &live = drawing.live_state;
     const float unit = ImGui::GetFontSize();
     const auto width = [](const std::string& s) { return ImGui::CalcTextSize(s.c_str()).x; };
-    const float gap = flagged.empty() ? 0 : unit;
-    const float right = ImGui::GetWindowWidth() - width(pace) - width(flagged) - gap - unit;
+    const float gap = flagged.empty() ? 0 : unit, live_gap = live.empty() ? 0 : unit;
+    const float right = ImGui::GetWindowWidth() - width(pace) - width(flagged) - gap - width(live) -
+                        live_gap - unit;
     fitted_text(error.empty() ? session.message().text : error,
                 right - ImGui::GetCursorPosX() - unit, is_error ? color::error : color::dim);
     note_item(drawing, "status");
     ImGui::SameLine(right);
+    if (!live.empty()) {
+        text(live, color::text);
+        note_item(drawing, "live");
+        ImGui::SameLine(0, live_gap);
+    }
     if (!flagged.empty()) {
         text(flagged, color::error);
         note_item(drawing, "faults");

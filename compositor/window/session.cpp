@@ -66,10 +66,11 @@ Session::Session(RecentFiles recent, AutosavedLooks kept)
 
 void Session::show(std::string path,
                    std::shared_ptr<const Levels> levels,
-                   std::optional<double> frame) {
+                   std::optional<double> frame,
+                   bool is_file) {
     autosave_looks();
     const bool is_first = !has_file();
-    recent_.add(path);
+    if (is_file) recent_.add(path);
     begin_with(path);
     path_ = std::move(path);
     last_kept_.reset();
@@ -93,15 +94,14 @@ void Session::take_levels(std::shared_ptr<const Levels> levels) {
     levels_ = std::move(levels);
     const LayerStack& file = levels_->stack(0);
     rows_ = mixer_rows(file);
-    if (compared_ && compared_->frame(0) != levels_->frame(0)) end_comparison();
+    if (compared_ && compared_->image_frame() != levels_->image_frame()) end_comparison();
     images_ = {};
     transforms_.clear();
     keep_mode();
     keep_picks();
     const auto color = color_of_stack(file, {});
     own_space_ = color ? fmt::format("{} ({})", color->label, color->reason) : std::string("file");
-    const image::Window& display = file.image().display;
-    view_.set_image(display.width(), display.height());
+    view_.set_image(levels_->image_frame().width(), levels_->image_frame().height());
 }
 
 void Session::renew(std::shared_ptr<const Levels> levels, bool is_other_image) {
@@ -340,9 +340,15 @@ WorkRequest Session::work_request() const {
     request.levels = levels_;
     request.level = level();
     request.seen = view_.visible();
+    // In pixels of a draft
+    const int k = levels_->reduction();
+    request.seen = {request.seen.x0 / k, request.seen.y0 / k, (request.seen.x1 + k - 1) / k,
+                    (request.seen.y1 + k - 1) / k};
     request.noise_of = active_;
     for (size_t i = 0; i < 2; ++i) {
-        if (is_wiping_ || i == active_) request.images[i] = images_[i];
+        // Beside a draft there is nothing of the file that it is compared with
+        const bool has_same_tiles = levels_of(i)->frame(0) == levels_->frame(0);
+        if ((is_wiping_ || i == active_) && has_same_tiles) request.images[i] = images_[i];
     }
     return request;
 }

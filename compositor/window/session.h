@@ -57,9 +57,11 @@ class Session {
 
     /// The looks go on with another file, which leaves out what it lacks; the first file begins
     /// with the looks that were kept for it. frame: at which keys are read; none: that of the file.
+    /// is_file: false for the file that a render will write.
     void show(std::string path,
               std::shared_ptr<const Levels> levels,
-              std::optional<double> frame = std::nullopt);
+              std::optional<double> frame = std::nullopt,
+              bool is_file = true);
 
     /// The same file with other layers: looks, undo, zoom and what is selected stay; what the look
     /// names and the new layers lack is skipped. is_other_image: see RenewedLayers.
@@ -164,6 +166,12 @@ class Session {
     /// The last mix of a look that the file can express; null before there is one.
     const ImageTask* image(size_t index) const;
     WorkRequest work_request() const;
+
+    /// The image that is shown, in its own pixels, of which a draft has fewer.
+    const image::Window& image_frame() const { return levels_->image_frame(); }
+
+    /// Pixels of the image along a side of one of the layers: 1, but for drafts.
+    int reduction() const { return levels_->reduction(); }
 
     /// The level that the screen shows.
     size_t level() const { return levels_->level_for(view_.scale()); }
