@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/frames.h"
+#include "base/sibling_program.h"
 #include "compositor/cli/command_outcome.h"
 #include "compositor/cli/commands.h"
 #include "compositor/cli/frame_runs.h"
 #include "compositor/io/input_files.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -21,27 +18,13 @@ namespace velatura::compositor::cli {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 struct UiOptions {
     std::vector<std::string> inputs;
     std::string preset, input_space, stereo;
     std::optional<double> frame;
     std::vector<int> size;
+    bool follows = false;
 };
-
-/// The program of the window, which lies beside this one where it was built.
-Result<std::string> window_program() {
-    std::error_code failed;
-    const fs::path self = fs::read_symlink("/proc/self/exe", failed);
-    const fs::path program = self.parent_path() / "velatura-comp-ui";
-    if (!failed && fs::exists(program, failed)) return program.string();
-    return Error{
-        "no-window",
-        fmt::format("velatura-comp-ui not found beside {}; the window was not built; it needs Dear "
-                    "ImGui, GLFW and OpenGL (Debian: libimgui-dev libglfw3-dev libgl-dev)",
-                    self.filename().string())};
-}
 
 /// Of a sequence the frame of --frame, else the first that is there.
 Result<std::string> opened_file(const UiOptions& o, const std::string& input) {
@@ -68,13 +51,12 @@ int run_ui(const UiOptions& o) {
         return report({"bad-frames", fmt::format("{} and {} are frames of a sequence, not AOVs of "
                                                  "one image; open it as shot.####.exr",
                                                  inputs[0], inputs[1])});
-    const auto program = window_program();
-    if (!program) return report(program.error());
-    std::vector<std::string> arguments = {*program};
+    std::vector<std::string> arguments;
     if (!o.preset.empty()) arguments.insert(arguments.end(), {"--preset", o.preset});
     if (o.frame) arguments.insert(arguments.end(), {"--frame", fmt::format("{}", *o.frame)});
     if (!o.input_space.empty()) arguments.insert(arguments.end(), {"--input-space", o.input_space});
     if (!o.stereo.empty()) arguments.insert(arguments.end(), {"--stereo", o.stereo});
+    if (o.follows) arguments.emplace_back("--follow");
     if (!o.size.empty()) {
         arguments.emplace_back("--size");
         for (const int v : o.size) arguments.push_back(std::to_string(v));
@@ -82,11 +64,9 @@ int run_ui(const UiOptions& o) {
     // What follows is no option, whatever a file is called
     if (!inputs.empty()) arguments.emplace_back("--");
     arguments.insert(arguments.end(), inputs.begin(), inputs.end());
-    std::vector<char*> pointers;
-    for (std::string& a : arguments) pointers.push_back(a.data());
-    pointers.push_back(nullptr);
-    execv(program->c_str(), pointers.data());
-    return report({"no-window", fmt::format("cannot run {}: {}", *program, std::strerror(errno))});
+    return report(run_sibling("velatura-comp-ui", arguments,
+                              "the window was not built; it needs Dear ImGui, GLFW and OpenGL "
+                              "(Debian: libimgui-dev libglfw3-dev libgl-dev)"));
 }
 
 }  // namespace
@@ -105,6 +85,7 @@ void add_ui_command(Command& app, std::function<int()>& run) {
                     "Color space of the file, overrides its header (see `mix`)")
         .type_name("SPACE");
     add_stereo_option(command, o->stereo);
+    command.add_flag("--follow", o->follows, "Read the file again when a render replaces it");
     command.add_option("--size", o->size, "Window size").size(16384).default_text("1600 960");
     command.example("velatura-comp ui shot.exr");
     command.callback([&run, o] { run = [o] { return run_ui(*o); }; });

@@ -28,7 +28,8 @@ constexpr KeyPress ctrl_shift(int key) {
 }
 
 /// Keys without a letter.
-constexpr std::array<std::pair<const char*, int>, 11> special_keys = {{{"Up", key_up},
+constexpr std::array<std::pair<const char*, int>, 12> special_keys = {{{"Space", key_space},
+                                                                       {"Up", key_up},
                                                                        {"Down", key_down},
                                                                        {"Left", key_left},
                                                                        {"Right", key_right},
@@ -58,6 +59,7 @@ std::vector<KeyBinding> make_bindings() {
     std::vector<KeyBinding> bindings = {
         {ctrl('O'), Action::OpenFile, "Open a file of light layers", {}},
         {plain(key_f5), Action::Reload, "Read the file again, the look stays", {}},
+        {shift(key_f5), Action::Follow, "Follow the file: read it when it is replaced", {}},
         {plain(key_page_up), Action::PreviousFrame, "The frame before, the look stays", {}},
         {plain(key_page_down), Action::NextFrame, "The next frame, the look stays", {}},
         {ctrl('L'), Action::OpenPreset, "Load a preset", {}},
@@ -110,7 +112,7 @@ const std::vector<KeyBinding>& bindings() {
 }
 
 std::vector<int> keys_in_use() {
-    std::vector<int> keys;
+    std::vector<int> keys = {key_space};
     for (const KeyBinding& b : bindings()) {
         if (std::find(keys.begin(), keys.end(), b.press.key) == keys.end())
             keys.push_back(b.press.key);

@@ -11,6 +11,7 @@ namespace velatura::compositor::window {
 enum class Action {
     OpenFile,
     Reload,
+    Follow,
     Compare,
     EndComparison,
     PreviousFrame,
@@ -62,6 +63,7 @@ enum class Action {
 
 /// Keys by their American letter, digit or sign; these have none.
 enum SpecialKey : int {
+    key_space = ' ',
     key_up = 0x100,
     key_down,
     key_left,
@@ -100,7 +102,7 @@ bool repeats(Action action);
 /// How its key is written; empty for an action without.
 const char* keys_of(Action action);
 
-/// Keys that the bindings speak of.
+/// Keys that the bindings speak of, and the space bar.
 std::span<const int> bound_keys();
 
 /// `ctrl+shift+z`, `up`, `f1`, `[`. None for what no key is called.

@@ -2,7 +2,6 @@
 #include "compositor/window/desktop.h"
 
 #include "base/hash.h"
-#include "compositor/io/input_files.h"
 #include "compositor/window/folder_list.h"
 #include "compositor/window/image_panel.h"
 #include "compositor/window/menu_bar.h"
@@ -11,21 +10,13 @@
 #include "compositor/window/pixel_panel.h"
 #include "compositor/window/widgets.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace velatura::compositor::window {
 
 namespace {
-
-Result<std::shared_ptr<const Levels>> load(const std::vector<std::string>& paths,
-                                           const std::string& view) {
-    auto stack = paths.size() == 1 ? LayerStack::load(paths[0], ForeignFiles::Plain, view)
-                                   : load_input(paths, view);
-    if (!stack) return stack.error();
-    auto levels = Levels::make(std::make_shared<const LayerStack>(std::move(*stack)));
-    if (!levels) return levels.error();
-    return std::make_shared<const Levels>(std::move(*levels));
-}
 
 /// Tells requests apart.
 uint64_t digest_of(const WorkRequest& request) {
@@ -63,7 +54,8 @@ Desktop::Desktop(const GlfwWindow& window, std::optional<double> frame)
     : frame_(frame),
       session_(RecentFiles(recent_list_path()), AutosavedLooks(autosave_folder())),
       drawing_{session_, textures_, {}, window.fonts(), {}, {}, {}, {}, {}, 0,
-               {},       true,      {}, false,          {}, {}, {}, {}, {}},
+               {},       true,      {}, false,          {}, {}, {}, {}, {}, {},
+               {}},
       worker_(GlfwWindow::wake),
       loading_(GlfwWindow::wake),
       comparing_(GlfwWindow::wake),
@@ -85,8 +77,18 @@ Desktop::Desktop(const GlfwWindow& window, std::optional<double> frame)
 
 void Desktop::open(const std::string& path) {
     if (path.ends_with(".json")) return session_.load_preset(path);
+    if (is_live_)
+        return session_.report("this window shows a render; open files with velatura-comp ui",
+                               true);
     loading_.replace(loader(path));
+    opened_ = {files_of(path), {}, nullptr};
     session_.report("loading " + path);
+}
+
+void Desktop::set_source(std::shared_ptr<LayerSource> source, const std::string& name) {
+    source_ = std::move(source);
+    followed_.paths = {name};
+    is_live_ = true;
 }
 
 void Desktop::open_together(std::vector<std::string> paths) {
@@ -99,10 +101,13 @@ void Desktop::open_compared(const std::string& path) {
     session_.report("loading " + path);
 }
 
+std::vector<std::string> Desktop::files_of(const std::string& path) const {
+    if (!together_.empty() && path == together_[0]) return together_;
+    return {file_to_open(path, frame_)};
+}
+
 Jobs<Desktop::Loaded>::Work Desktop::loader(const std::string& path) const {
-    std::vector<std::string> paths = {file_to_open(path, frame_)};
-    if (!together_.empty() && path == together_[0]) paths = together_;
-    return [paths = std::move(paths), view = stereo_, has_file = session_.has_file()] {
+    return [paths = files_of(path), view = stereo_, has_file = session_.has_file()] {
         return load_files(paths, view, has_file);
     };
 }
@@ -110,11 +115,14 @@ Jobs<Desktop::Loaded>::Work Desktop::loader(const std::string& path) const {
 Result<Desktop::Loaded> Desktop::load_files(const std::vector<std::string>& paths,
                                             const std::string& view,
                                             bool is_lenient) {
-    auto levels = load(paths, view);
+    // Before they are read: what replaces them meanwhile is news to who follows them
+    FileStates states = states_of(paths);
+    auto levels = load_levels(paths, view);
     // A view that was chosen for one file is that of others as far as they have it
-    if (!levels && is_lenient && levels.error().code == "unknown-view") levels = load(paths, "");
+    if (!levels && is_lenient && levels.error().code == "unknown-view")
+        levels = load_levels(paths, "");
     if (!levels) return levels.error();
-    return Loaded{paths[0], std::move(*levels)};
+    return Loaded{paths, std::move(states), std::move(*levels)};
 }
 
 void Desktop::press(const KeyPress& key, bool is_repeat) {
@@ -131,22 +139,77 @@ void Desktop::write_output(const std::string& path) {
 }
 
 void Desktop::take_loaded() {
-    const auto loaded = loading_.take();
+    auto loaded = loading_.take();
     if (!loaded) return;
-    if (!*loaded) return session_.report(loaded->error().message, true);
-    const Loaded& file = **loaded;
+    if (!*loaded) {
+        session_.report(loaded->error().message, true);
+        // What is not there, or not whole, may be replaced
+        if (!session_.has_file() && session_.is_following()) follow(std::move(opened_));
+        return;
+    }
+    show(**loaded);
+    followed_ = std::move(**loaded);
+    followed_.levels.reset();
+    source_.reset();
+}
+
+void Desktop::show(const Loaded& file) {
     textures_.show(file.levels);
     drawing_.noise.reset();
     drawing_.flagged.clear();
     drawing_.cursor.reset();
-    session_.show(file.path, file.levels, frame_);
+    session_.show(file.paths[0], file.levels, frame_, !is_live_);
+}
+
+/// Makes `files` those that are followed, from the state in which they were read.
+void Desktop::follow(Loaded files) {
+    const std::string view = session_.has_file() ? session_.stack().view() : stereo_;
+    followed_ = std::move(files);
+    source_ =
+        std::make_shared<FileFollower>(followed_.paths, view, followed_.states, GlfwWindow::wake);
+}
+
+/// What replaced the layers that are shown.
+void Desktop::take_renewed() {
+    if (!is_live_ && !session_.is_following()) source_.reset();
+    if (session_.is_following() && !source_ && !followed_.paths.empty() && !loading_.is_busy())
+        follow(std::move(followed_));
+    if (!source_) return;
+    auto news = source_->take();
+    drawing_.live_state = is_live_ ? source_->state() : std::string();
+    if (!news) return;
+    is_renewal_due_ = false;
+    if (!*news) {
+        std::string why = news->error().message;
+        if (why.ends_with('.')) why.pop_back();
+        return session_.report(
+            why + (session_.has_file() ? "; showing the last image" : "; waiting for it"),
+            session_.has_file());
+    }
+    renew(**news);
+    if (is_live_ || !session_.has_file()) return;
+    const layers::SampleInfo& samples = session_.stack().header().samples;
+    session_.report(source_->state() +
+                    (session_.stack().is_plain()
+                         ? std::string(": read again")
+                         : fmt::format(": {} spp", samples.end - samples.first)));
+}
+
+void Desktop::renew(const RenewedLayers& renewed) {
+    if (!session_.has_file()) return show({followed_.paths, {}, renewed.levels});
+    const bool is_same_size = renewed.levels->image_frame() == session_.image_frame();
+    // A pixel of a draft is not that of the image
+    if (!is_same_size || renewed.levels->reduction() != session_.reduction())
+        drawing_.cursor.reset();
+    textures_.renew(renewed.levels, is_same_size);
+    session_.renew(renewed.levels, renewed.is_other_image);
 }
 
 void Desktop::take_compared() {
     const auto loaded = comparing_.take();
     if (!loaded) return;
     if (!*loaded) return session_.report(loaded->error().message, true);
-    session_.compare((*loaded)->path, (*loaded)->levels);
+    session_.compare((*loaded)->paths[0], (*loaded)->levels);
 }
 
 void Desktop::take_results() {
@@ -168,14 +231,16 @@ void Desktop::take_results() {
 void Desktop::take_up() {
     take_loaded();
     take_compared();
+    take_renewed();
     if (const auto saved = saving_.take())
         session_.report(*saved ? **saved : saved->error().message, !*saved);
     take_results();
 }
 
 bool Desktop::is_settled() const {
-    return !drawing_.is_working && !loading_.is_busy() && !comparing_.is_busy() &&
-           !saving_.is_busy();
+    if (source_ && !source_->is_settled()) return false;
+    return !drawing_.is_working && !is_renewal_due_ && !loading_.is_busy() &&
+           !comparing_.is_busy() && !saving_.is_busy();
 }
 
 void Desktop::request() {

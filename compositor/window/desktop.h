@@ -3,6 +3,7 @@
 
 #include "compositor/window/dialogs.h"
 #include "compositor/window/drawing.h"
+#include "compositor/window/file_follower.h"
 #include "compositor/window/glfw_window.h"
 #include "compositor/window/jobs.h"
 #include "compositor/window/worker.h"
@@ -27,11 +28,25 @@ class Desktop {
     /// One AOV in each (input_files.h), by the name of the first, which opens all of them again.
     void open_together(std::vector<std::string> paths);
 
+    /// The layers are those of a render that will write the file `name`: no other file is opened.
+    void set_source(std::shared_ptr<LayerSource> source, const std::string& name);
+
+    /// What the owner of such a source adds to the window; set before the first draw().
+    LiveHooks& hooks() { return drawing_.live; }
+
+    Session& session() { return session_; }
+
     /// Of the file's numbers; empty: what the file says.
     void set_input_space(const std::string& space) { session_.set_input_space(space); }
 
     /// View of the stereo files that are opened from here on; empty: the first of each.
     void set_stereo(const std::string& view) { stereo_ = view; }
+
+    /// The file is read again when it is replaced.
+    void set_following(bool is_following) { session_.set_following(is_following); }
+
+    /// The file was replaced: what follows it has not settled before it was read again.
+    void expect_renewal() { is_renewal_due_ = session_.is_following(); }
 
     void load_preset(const std::string& path) { session_.load_preset(path); }
 
@@ -52,14 +67,17 @@ class Desktop {
 
     const MixTimes& times() const { return drawing_.times; }
 
-    /// The first file could not be loaded.
-    bool has_failed() const { return !session_.has_file() && session_.message().is_error; }
+    /// The first file could not be loaded, and nothing waits for it.
+    bool has_failed() const {
+        return !session_.has_file() && session_.message().is_error && !session_.is_following();
+    }
 
     const Session& session() const { return session_; }
 
   private:
     struct Loaded {
-        std::string path;
+        std::vector<std::string> paths;  ///< by the first of them it is called
+        FileStates states;
         std::shared_ptr<const Levels> levels;
     };
 
@@ -67,10 +85,15 @@ class Desktop {
     static Result<Loaded> load_files(const std::vector<std::string>& paths,
                                      const std::string& view,
                                      bool is_lenient);
+    std::vector<std::string> files_of(const std::string& path) const;
     Jobs<Loaded>::Work loader(const std::string& path) const;
     void open_compared(const std::string& path);
     void take_loaded();
     void take_compared();
+    void show(const Loaded& file);
+    void follow(Loaded files);
+    void take_renewed();
+    void renew(const RenewedLayers& renewed);
     void take_results();
     void write_output(const std::string& path);
     void draw_workspace();
@@ -88,6 +111,11 @@ class Desktop {
     Jobs<Loaded> loading_;
     Jobs<Loaded> comparing_;    ///< what look B is of
     Jobs<std::string> saving_;  ///< what is said of it
+    Loaded opened_;             ///< what is being loaded, or could not be
+    Loaded followed_;           ///< what is shown, without its layers
+    bool is_renewal_due_ = false;
+    std::shared_ptr<LayerSource> source_;  ///< null: nothing renews the layers
+    bool is_live_ = false;                 ///< the source is a render, not a file
 };
 
 }  // namespace velatura::compositor::window

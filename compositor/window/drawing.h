@@ -17,6 +17,30 @@
 
 namespace velatura::compositor::window {
 
+/// The mouse over the image, before zoom and pan see it.
+struct ImageMouse {
+    bool is_over = false;
+    bool is_pressed = false, is_held = false, is_released = false;  ///< a button, over the image
+    int button = 0;                                                 ///< 0 left, 2 middle
+    std::array<double, 2> pixel = {0, 0};                           ///< of the image, not a draft
+    std::array<float, 2> moved = {0, 0};                            ///< since the last frame [px]
+    float wheel = 0;                                                ///< notches, up is positive
+    bool is_alt = false, is_ctrl = false, is_shift = false;
+};
+
+/// The image on the screen.
+struct ImagePlace {
+    std::array<float, 2> origin = {0, 0};  ///< its top left corner [px of the screen]
+    double scale = 1;                      ///< pixels of the screen per pixel of the image
+};
+
+/// What the owner of a render adds to the window; each can be empty.
+struct LiveHooks {
+    std::function<void(Marks&)> draw_tools;                        ///< first in the toolbar
+    std::function<bool(const ImageMouse&)> take_mouse;             ///< true: neither zoom nor pan
+    std::function<void(const ImagePlace&, Marks&)> draw_on_image;  ///< clipped to the image's panel
+};
+
 /// What all panels draw with.
 struct Drawing {
     Session& session;
@@ -40,6 +64,8 @@ struct Drawing {
     std::function<void(const std::string&)> open_file, open_compared, write_output;
     /// Reads that view of the stereo file.
     std::function<void(const std::string&)> open_view;
+    LiveHooks live;          ///< none: the layers are those of a file
+    std::string live_state;  ///< of the render
 };
 
 }  // namespace velatura::compositor::window

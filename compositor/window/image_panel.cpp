@@ -242,6 +242,24 @@ void draw_wipe_line(const Session& session, const Place& place, float x) {
     label(name(1), false);
 }
 
+/// What the last item, the image, has of the mouse.
+ImageMouse mouse_over(const ImageView::Point& pixel, bool is_over) {
+    const ImGuiIO& io = ImGui::GetIO();
+    ImageMouse mouse;
+    mouse.is_over = is_over;
+    mouse.is_pressed = ImGui::IsItemActivated();
+    mouse.is_held = ImGui::IsItemActive();
+    mouse.is_released = ImGui::IsItemDeactivated();
+    mouse.button = io.MouseDown[2] || io.MouseReleased[2] ? 2 : 0;
+    mouse.pixel = pixel;
+    mouse.moved = {io.MouseDelta.x, io.MouseDelta.y};
+    mouse.wheel = is_over ? io.MouseWheel : 0;
+    mouse.is_alt = io.KeyAlt;
+    mouse.is_ctrl = io.KeyCtrl;
+    mouse.is_shift = io.KeyShift;
+    return mouse;
+}
+
 void handle_mouse(Drawing& drawing, const ImVec2& area, const Place& place, float wipe_x) {
     Session& session = drawing.session;
     ImageView& view = session.view();
@@ -251,11 +269,15 @@ void handle_mouse(Drawing& drawing, const ImVec2& area, const Place& place, floa
     const ImageView::Point at = {double(io.MousePos.x - area.x), double(io.MousePos.y - area.y)};
     const bool is_near_wipe = session.is_wiping() && std::abs(io.MousePos.x - wipe_x) < 8;
     if (ImGui::IsItemActivated()) is_dragging_wipe = is_near_wipe;
+    const bool is_taken = drawing.live.take_mouse && !is_dragging_wipe &&
+                          drawing.live.take_mouse(mouse_over(view.image_at(at), is_over));
     if (is_over && (is_near_wipe || (is_held && is_dragging_wipe)))
         ImGui::SetMouseCursor(ImGuiMouseCursor_ResizeEW);
     if (is_held && is_dragging_wipe) {
         session.set_wipe(double(io.MousePos.x - place.origin.x) /
                          double(place.end.x - place.origin.x));
+    } else if (is_taken) {
+        // The mouse moves the camera
     } else if (is_held && (io.MouseDelta.x != 0 || io.MouseDelta.y != 0)) {
         view.pan(double(io.MouseDelta.x), double(io.MouseDelta.y));
     } else if (is_over && !session.is_picking() && ImGui::IsMouseDoubleClicked(0)) {
@@ -266,11 +288,12 @@ void handle_mouse(Drawing& drawing, const ImVec2& area, const Place& place, floa
         }
     }
     if (!is_over) return;
-    if (io.MouseWheel != 0) view.zoom_at(at, std::pow(wheel_step, double(io.MouseWheel)));
+    if (io.MouseWheel != 0 && !is_taken)
+        view.zoom_at(at, std::pow(wheel_step, double(io.MouseWheel)));
     const ImageView::Point pixel = view.image_at(at);
-    const image::Window& frame = session.stack().image().display;
-    const int x = int(std::floor(pixel[0])), y = int(std::floor(pixel[1]));
-    if (x < 0 || y < 0 || x >= frame.width() || y >= frame.height()) return;
+    const image::Window& frame = session.image_frame();
+    if (!frame.contains(int(std::floor(pixel[0])), int(std::floor(pixel[1])))) return;
+    const int x = int(pixel[0]) / session.reduction(), y = int(pixel[1]) / session.reduction();
     drawing.cursor = {{x, y}};
     constexpr float still = 9;  // square of the pixels that a hand trembles
     if (session.is_picking() && ImGui::IsItemDeactivated() && !is_dragging_wipe &&
@@ -323,10 +346,12 @@ void draw_mode(Drawing& drawing, const ImVec2& low, const ImVec2& high) {
     drawing.marks.note("mode", {corner.x, corner.y, end.x, end.y});
 }
 
-void draw_nothing_yet(const ImVec2& low, const ImVec2& size, bool is_working) {
-    const char* words =
-        is_working ? "Loading …" : "Drop a file of light layers here, or open one with Ctrl+O";
-    const ImVec2 extent = ImGui::CalcTextSize(words);
+void draw_nothing_yet(const Drawing& drawing, const ImVec2& low, const ImVec2& size) {
+    const std::string words = !drawing.live_state.empty() ? drawing.live_state
+                              : drawing.is_working
+                                  ? "Loading …"
+                                  : "Drop a file of light layers here, or open one with Ctrl+O";
+    const ImVec2 extent = ImGui::CalcTextSize(words.c_str());
     ImGui::SetCursorScreenPos({low.x + (size.x - extent.x) / 2, low.y + (size.y - extent.y) / 2});
     text(words, color::dim);
 }
@@ -334,12 +359,16 @@ void draw_nothing_yet(const ImVec2& low, const ImVec2& size, bool is_working) {
 }  // namespace
 
 void draw_toolbar(Drawing& drawing) {
-    drawing.tool_widths.resize(tools.size());
-    for (size_t i = 0; i < tools.size(); ++i) {
+    const size_t more = drawing.live.draw_tools ? 1 : 0;
+    drawing.tool_widths.resize(tools.size() + more);
+    for (size_t i = 0; i < drawing.tool_widths.size(); ++i) {
         float& width = drawing.tool_widths[i];
         if (i > 0) next_in_line(width, ImGui::GetFontSize());
         ImGui::BeginGroup();
-        tools[i].draw(drawing);
+        if (i < more)
+            drawing.live.draw_tools(drawing.marks);
+        else
+            tools[i - more].draw(drawing);
         ImGui::EndGroup();
         width = ImGui::GetItemRectSize().x;
     }
@@ -355,7 +384,7 @@ void draw_image(Drawing& drawing) {
     const ImVec2 high = {low.x + size.x, low.y + size.y};
     ImDrawList& list = *ImGui::GetWindowDrawList();
     list.AddRectFilled(low, high, packed(color::workspace));
-    if (!session.has_file()) return draw_nothing_yet(low, size, drawing.is_working);
+    if (!session.has_file()) return draw_nothing_yet(drawing, low, size);
 
     const bool was_fit = view.is_fit();
     view.set_area(int(size.x), int(size.y));
@@ -363,7 +392,7 @@ void draw_image(Drawing& drawing) {
                            ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonMiddle);
     const auto place_now = [&] {
         const ImageView::Point o = view.origin();
-        const image::Window& frame = session.stack().image().display;
+        const image::Window& frame = session.image_frame();
         Place place;
         place.scale = view.scale();
         place.origin = {low.x + float(o[0]), low.y + float(o[1])};
@@ -390,6 +419,8 @@ void draw_image(Drawing& drawing) {
     } else {
         draw_look(drawing, session.active(), place, place.origin.x, place.end.x);
     }
+    if (drawing.live.draw_on_image)
+        drawing.live.draw_on_image({{place.origin.x, place.origin.y}, place.scale}, drawing.marks);
     draw_stale(drawing, {std::max(place.origin.x, low.x), std::max(place.origin.y, low.y)});
     draw_mode(drawing, {std::max(place.origin.x, low.x), std::max(place.origin.y, low.y)},
               {std::min(place.end.x, high.x), std::min(place.end.y, high.y)});

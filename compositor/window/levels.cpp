@@ -2,6 +2,7 @@
 #include "compositor/window/levels.h"
 
 #include "base/tasks.h"
+#include "compositor/io/input_files.h"
 #include "compositor/io/row_values.h"
 
 #include <fmt/format.h>
@@ -175,6 +176,7 @@ Result<Levels> Levels::make(std::shared_ptr<const LayerStack> stack) {
     levels.not_finite_ = channels_not_finite(levels.stack(0).image());
     levels.shown_ = shown_layers(levels.stack(0));
     const image::Window whole = levels.frame(0);
+    levels.image_frame_ = whole;
     if (whole.pixel_count() > max_pixels)
         return Error{"too-large", fmt::format("an image of {} x {} pixels is too large to display",
                                               whole.width(), whole.height())};
@@ -187,6 +189,27 @@ Result<Levels> Levels::make(std::shared_ptr<const LayerStack> stack) {
         levels.stacks_.push_back(std::make_shared<const LayerStack>(std::move(*smaller)));
     }
     return levels;
+}
+
+Result<Levels> Levels::make_draft(std::shared_ptr<const LayerStack> stack,
+                                  int reduction,
+                                  int width,
+                                  int height) {
+    auto levels = make(std::move(stack));
+    if (!levels) return levels;
+    levels->reduction_ = reduction;
+    levels->image_frame_ = {0, 0, width, height};
+    return levels;
+}
+
+Result<std::shared_ptr<const Levels>> load_levels(const std::vector<std::string>& paths,
+                                                  const std::string& view) {
+    auto stack = paths.size() == 1 ? LayerStack::load(paths[0], ForeignFiles::Plain, view)
+                                   : load_input(paths, view);
+    if (!stack) return stack.error();
+    auto levels = Levels::make(std::make_shared<const LayerStack>(std::move(*stack)));
+    if (!levels) return levels.error();
+    return std::make_shared<const Levels>(std::move(*levels));
 }
 
 LevelPlans plans_by_level(const Levels& levels,
@@ -235,7 +258,7 @@ image::Window Levels::frame(size_t level) const {
 
 size_t Levels::level_for(double scale) const {
     size_t level = 0;
-    while (level + 1 < count() && std::ldexp(scale, int(level) + 1) <= 1) ++level;
+    while (level + 1 < count() && std::ldexp(scale * reduction_, int(level) + 1) <= 1) ++level;
     return level;
 }
 

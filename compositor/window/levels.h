@@ -18,6 +18,12 @@ class Levels {
   public:
     /// Errors: "too-large" (an image of more pixels than the window can cut into tiles).
     static Result<Levels> make(std::shared_ptr<const LayerStack> stack);
+    /// A draft of an image of width x height pixels: a pixel of the stack covers `reduction` x
+    /// `reduction` of them, at the right and lower edge fewer. Errors: as above.
+    static Result<Levels> make_draft(std::shared_ptr<const LayerStack> stack,
+                                     int reduction,
+                                     int width,
+                                     int height);
 
     size_t count() const { return stacks_.size(); }
 
@@ -33,7 +39,14 @@ class Levels {
     /// The whole image at that level; x0 = y0 = 0.
     image::Window frame(size_t level) const;
 
-    /// The smallest level that still has a pixel for each of the screen.
+    /// The whole image in its own pixels, of which a draft has fewer; x0 = y0 = 0.
+    const image::Window& image_frame() const { return image_frame_; }
+
+    /// Pixels of the image along a side of one of level 0: 1, but for drafts.
+    int reduction() const { return reduction_; }
+
+    /// The smallest level that still has a pixel for each of the screen; scale: pixels of the
+    /// screen per pixel of the image.
     size_t level_for(double scale) const;
     /// The first one that is mixed at once, whatever the machine.
     size_t quick_level() const;
@@ -42,7 +55,15 @@ class Levels {
     std::vector<std::shared_ptr<const LayerStack>> stacks_;
     std::set<std::string> not_finite_;
     std::vector<ShownLayer> shown_;
+    image::Window image_frame_;
+    int reduction_ = 1;
 };
+
+/// Reads a file with or without a header of Velatura, or several of one AOV each. `view`: of a
+/// stereo file, empty takes the first. Errors: those of LayerStack::load, load_input and
+/// Levels::make.
+Result<std::shared_ptr<const Levels>> load_levels(const std::vector<std::string>& paths,
+                                                  const std::string& view);
 
 using LevelPlans = std::vector<std::shared_ptr<const mix::MixPlan>>;
 

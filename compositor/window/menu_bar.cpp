@@ -55,6 +55,10 @@ bool can_redo(const Session& session) {
     return session.can_redo();
 }
 
+bool is_following(const Session& session) {
+    return session.is_following();
+}
+
 bool is_comparing(const Session& session) {
     return !session.compared().empty();
 }
@@ -65,6 +69,7 @@ struct Entry {
     Action action = Action::ShowHelp;
     bool (*is_enabled)(const Session&) = has_file;
     void (*draw)(Drawing&) = nullptr;
+    bool (*is_on)(const Session&) = nullptr;  ///< of a switch
 };
 
 struct Menu {
@@ -81,6 +86,7 @@ const std::vector<Menu>& menus() {
          {{"Open …", Action::OpenFile, always},
           {"Open recent", Action::OpenFile, always, draw_recent},
           {"Read again", Action::Reload},
+          {"Follow the file", Action::Follow, has_file, nullptr, is_following},
           {"Compare with …", Action::Compare},
           {"End the comparison", Action::EndComparison, is_comparing},
           {"Previous frame", Action::PreviousFrame},
@@ -134,7 +140,8 @@ void draw_entry(Drawing& drawing, const Entry& entry) {
     Session& session = drawing.session;
     if (!entry.label) return ImGui::Separator();
     if (entry.draw) return entry.draw(drawing);
-    if (ImGui::MenuItem(entry.label, keys_of(entry.action), false, entry.is_enabled(session)))
+    const bool is_on = entry.is_on && entry.is_on(session);
+    if (ImGui::MenuItem(entry.label, keys_of(entry.action), is_on, entry.is_enabled(session)))
         session.perform(entry.action);
     note_item(drawing, std::string("menu ") + entry.label);
 }
@@ -167,7 +174,7 @@ void draw_menu_bar(Drawing& drawing) {
     if (!ImGui::BeginMenuBar()) return;
     draw_menus(drawing);
     if (session.has_file()) {
-        const image::Window& frame = session.stack().image().display;
+        const image::Window& frame = session.image_frame();
         const auto name_of = [](const std::string& path) {
             return std::filesystem::path(path).filename().string();
         };
@@ -195,15 +202,21 @@ void draw_status_line(Drawing& drawing) {
         !session.has_file() ? std::string()
         : t.seen > 0 ? fmt::format("mix {:.0f} ms{}", t.seen, drawing.is_working ? " …" : "")
                      : std::string("mixing …");
-    const std::string flagged = faults_text(drawing);
+    const std::string flagged = faults_text(drawing), &live = drawing.live_state;
     const float unit = ImGui::GetFontSize();
     const auto width = [](const std::string& s) { return ImGui::CalcTextSize(s.c_str()).x; };
-    const float gap = flagged.empty() ? 0 : unit;
-    const float right = ImGui::GetWindowWidth() - width(pace) - width(flagged) - gap - unit;
+    const float gap = flagged.empty() ? 0 : unit, live_gap = live.empty() ? 0 : unit;
+    const float right = ImGui::GetWindowWidth() - width(pace) - width(flagged) - gap - width(live) -
+                        live_gap - unit;
     fitted_text(error.empty() ? session.message().text : error,
                 right - ImGui::GetCursorPosX() - unit, is_error ? color::error : color::dim);
     note_item(drawing, "status");
     ImGui::SameLine(right);
+    if (!live.empty()) {
+        text(live, color::text);
+        note_item(drawing, "live");
+        ImGui::SameLine(0, live_gap);
+    }
     if (!flagged.empty()) {
         text(flagged, color::error);
         note_item(drawing, "faults");

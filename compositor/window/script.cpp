@@ -133,6 +133,9 @@ bool Line::read_arguments() {
     } else if (command == "type" || command == "drop") {
         step_.kind = command == "type" ? Kind::Type : Kind::Drop;
         if (!take_word(step_.text)) return false;
+    } else if (command == "replace") {
+        step_.kind = Kind::Replace;
+        if (!take_word(step_.other) || !take_word(step_.text)) return false;
     } else if (command == "screenshot") {
         step_.kind = Kind::Screenshot;
         if (!take_word(step_.text)) return false;

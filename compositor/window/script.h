@@ -32,7 +32,20 @@ class Marks {
 
 /// One line of a script. docs/reference/window.md lists the commands.
 struct ScriptStep {
-    enum class Kind { Wait, Frames, Hover, Whole, Click, Drag, Wheel, Key, Type, Drop, Screenshot };
+    enum class Kind {
+        Wait,
+        Frames,
+        Hover,
+        Whole,
+        Click,
+        Drag,
+        Wheel,
+        Key,
+        Type,
+        Drop,
+        Replace,
+        Screenshot
+    };
     Kind kind = Kind::Wait;
     size_t line = 0;   ///< from 1
     std::string mark;  ///< what the mouse goes to; of a screenshot: what it is cut to
@@ -41,6 +54,7 @@ struct ScriptStep {
     KeyPress key;
     bool is_alt = false, is_ctrl = false, is_shift = false;  ///< held during a click or a drag
     std::string text;                                        ///< to type; a file
+    std::string other;                                       ///< file that `text` replaces
 };
 
 /// Lines as docs/reference/window.md describes them; `#` begins a comment. Errors: "bad-script",

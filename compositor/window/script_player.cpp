@@ -63,6 +63,9 @@ Result<void> ScriptPlayer::begin_step(const Marks& marks, bool is_settled) {
         case ScriptStep::Kind::Drop:
             dropped_ = step.text;
             return {};
+        case ScriptStep::Kind::Replace:
+            replaced_ = {step.other, step.text};
+            return {};
         default:
             for (InputFrame& frame : input_of(step, box)) frames_.push_back(std::move(frame));
             // What was clicked shows its effect before the next step looks for its mark
@@ -95,6 +98,10 @@ double ScriptPlayer::patience() const {
 
 std::optional<std::string> ScriptPlayer::take_dropped() {
     return std::exchange(dropped_, std::nullopt);
+}
+
+std::optional<std::pair<std::string, std::string>> ScriptPlayer::take_replaced() {
+    return std::exchange(replaced_, std::nullopt);
 }
 
 }  // namespace velatura::compositor::window

@@ -30,6 +30,9 @@ class ScriptPlayer {
     /// A file that falls on the window at this frame.
     std::optional<std::string> take_dropped();
 
+    /// A file that another one takes the place of at this frame: both, that of the script first.
+    std::optional<std::pair<std::string, std::string>> take_replaced();
+
     /// How long the next frame may be waited for, in seconds.
     double patience() const;
 
@@ -47,6 +50,7 @@ class ScriptPlayer {
     std::string screenshot_;
     std::optional<Marks::Box> cut_;
     std::optional<std::string> dropped_;
+    std::optional<std::pair<std::string, std::string>> replaced_;
 };
 
 }  // namespace velatura::compositor::window

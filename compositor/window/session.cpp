@@ -45,55 +45,9 @@ bool same_image(const Look& a, const Look& b) {
                       [](const Control& c, const Control& d) { return c.factor == d.factor; });
 }
 
-}  // namespace
-
-Session::Session(RecentFiles recent, AutosavedLooks kept)
-    : recent_(std::move(recent)), kept_(std::move(kept)) {}
-
-void Session::show(std::string path,
-                   std::shared_ptr<const Levels> levels,
-                   std::optional<double> frame) {
-    autosave_looks();
-    const bool is_first = !has_file();
-    levels_ = std::move(levels);
-    const LayerStack& file = levels_->stack(0);
-    rows_ = mixer_rows(file);
-    if (compared_ && compared_->frame(0) != levels_->frame(0)) end_comparison();
-    recent_.add(path);
-    begin_with(path);
-    path_ = std::move(path);
-    last_kept_.reset();
-    if (is_first) active_ = 0;
-    frame_ = frame ? *frame : frame_of(file.image()).value_or(0);
-    images_ = {};
-    transforms_.clear();
-    keep_mode();
-    keep_picks();
-    const auto color = color_of_stack(file, {});
-    own_space_ = color ? fmt::format("{} ({})", color->label, color->reason) : std::string("file");
-    set_page(is_first ? Page::Lights : page_);
-    const size_t rows_of_file = file.header().lights.size();
-    const image::Window& display = file.image().display;
-    view_.set_image(display.width(), display.height());
-    after_change();
-    report(fmt::format(
-               "{} layers, {} {}", file.header().layers.size(), rows_of_file,
-               file.is_plain() ? "rows of a file without a header of Velatura" : "light groups") +
-           notes_text() + not_finite_text() +
-           (is_plain(look()) ? "" : "; the look is the one from before (Ctrl+R: as rendered)"));
-    if (waiting_) take_over(*std::exchange(waiting_, std::nullopt));
-}
-
-/// How the file was read.
-std::string Session::notes_text() const {
-    std::string text;
-    for (const std::string& note : stack().notes()) text += "; " + note;
-    return text;
-}
-
 /// `; NaN or Inf in key.R, key.G (taken as 0)`, at most three of them; empty: all are finite.
-std::string Session::not_finite_text() const {
-    const std::set<std::string>& channels = levels_->not_finite();
+std::string not_finite_text(const Levels& levels) {
+    const std::set<std::string>& channels = levels.not_finite();
     if (channels.empty()) return {};
     std::string list;
     size_t count = 0;
@@ -103,6 +57,75 @@ std::string Session::not_finite_text() const {
     }
     if (channels.size() > 3) list += fmt::format(" and {} more", channels.size() - 3);
     return "; NaN or Inf in " + list + " (taken as 0)";
+}
+
+}  // namespace
+
+Session::Session(RecentFiles recent, AutosavedLooks kept)
+    : recent_(std::move(recent)), kept_(std::move(kept)) {}
+
+void Session::show(std::string path,
+                   std::shared_ptr<const Levels> levels,
+                   std::optional<double> frame,
+                   bool is_file) {
+    autosave_looks();
+    const bool is_first = !has_file();
+    if (is_file) recent_.add(path);
+    begin_with(path);
+    path_ = std::move(path);
+    last_kept_.reset();
+    if (is_first) active_ = 0;
+    frame_ = frame ? *frame : frame_of(levels->stack(0).image()).value_or(0);
+    take_levels(std::move(levels));
+    set_page(is_first ? Page::Lights : page_);
+    after_change();
+    const LayerStack& file = levels_->stack(0);
+    const size_t rows_of_file = file.header().lights.size();
+    report(fmt::format(
+               "{} layers, {} {}", file.header().layers.size(), rows_of_file,
+               file.is_plain() ? "rows of a file without a header of Velatura" : "light groups") +
+           notes_text() + not_finite_text(*levels_) +
+           (is_plain(look()) ? "" : "; the look is the one from before (Ctrl+R: as rendered)"));
+    if (waiting_) take_over(*std::exchange(waiting_, std::nullopt));
+}
+
+/// Everything that follows from the layers alone.
+void Session::take_levels(std::shared_ptr<const Levels> levels) {
+    levels_ = std::move(levels);
+    const LayerStack& file = levels_->stack(0);
+    rows_ = mixer_rows(file);
+    if (compared_ && compared_->image_frame() != levels_->image_frame()) end_comparison();
+    images_ = {};
+    transforms_.clear();
+    keep_mode();
+    keep_picks();
+    const auto color = color_of_stack(file, {});
+    own_space_ = color ? fmt::format("{} ({})", color->label, color->reason) : std::string("file");
+    view_.set_image(levels_->image_frame().width(), levels_->image_frame().height());
+}
+
+void Session::renew(std::shared_ptr<const Levels> levels, bool is_other_image) {
+    const auto before = images_;
+    is_fitted_.fill(true);
+    take_levels(std::move(levels));
+    // Stays on the row, unless there is no such row any more
+    set_page(page_);
+    after_change();
+    for (size_t i = 0; i < 2 && !is_other_image; ++i) {
+        if (!images_[i] || !before[i] || !same_image(before[i]->look, images_[i]->look) ||
+            before[i]->mode != images_[i]->mode)
+            continue;
+        ImageTask same_look = *images_[i];
+        same_look.look_version = before[i]->look_version;
+        images_[i] = std::make_shared<const ImageTask>(std::move(same_look));
+    }
+}
+
+/// How the file was read.
+std::string Session::notes_text() const {
+    std::string text;
+    for (const std::string& note : stack().notes()) text += "; " + note;
+    return text;
 }
 
 /// The looks of the file before go on; else those that were kept for this one come back. The last
@@ -317,9 +340,15 @@ WorkRequest Session::work_request() const {
     request.levels = levels_;
     request.level = level();
     request.seen = view_.visible();
+    // In pixels of a draft
+    const int k = levels_->reduction();
+    request.seen = {request.seen.x0 / k, request.seen.y0 / k, (request.seen.x1 + k - 1) / k,
+                    (request.seen.y1 + k - 1) / k};
     request.noise_of = active_;
     for (size_t i = 0; i < 2; ++i) {
-        if (is_wiping_ || i == active_) request.images[i] = images_[i];
+        // Beside a draft there is nothing of the file that it is compared with
+        const bool has_same_tiles = levels_of(i)->frame(0) == levels_->frame(0);
+        if ((is_wiping_ || i == active_) && has_same_tiles) request.images[i] = images_[i];
     }
     return request;
 }
@@ -434,6 +463,10 @@ void Session::perform(Action action) {
         case Action::Reload:
             wanted_file_ = path_;
             return;
+        case Action::Follow:
+            set_following(!is_following());
+            return report(is_following() ? "following " + path_ + ": it is read when it is replaced"
+                                         : "not following " + path_);
         case Action::PreviousFrame:
             return want_neighbor(-1);
         case Action::NextFrame:

@@ -57,9 +57,20 @@ class Session {
 
     /// The looks go on with another file, which leaves out what it lacks; the first file begins
     /// with the looks that were kept for it. frame: at which keys are read; none: that of the file.
+    /// is_file: false for the file that a render will write.
     void show(std::string path,
               std::shared_ptr<const Levels> levels,
-              std::optional<double> frame = std::nullopt);
+              std::optional<double> frame = std::nullopt,
+              bool is_file = true);
+
+    /// The same file with other layers: looks, undo, zoom and what is selected stay; what the look
+    /// names and the new layers lack is skipped. is_other_image: see RenewedLayers.
+    void renew(std::shared_ptr<const Levels> levels, bool is_other_image = false);
+
+    /// The file is to be read again whenever it is replaced.
+    bool is_following() const { return is_following_; }
+
+    void set_following(bool is_following) { is_following_ = is_following; }
 
     bool has_file() const { return levels_ != nullptr; }
 
@@ -155,6 +166,12 @@ class Session {
     /// The last mix of a look that the file can express; null before there is one.
     const ImageTask* image(size_t index) const;
     WorkRequest work_request() const;
+
+    /// The image that is shown, in its own pixels, of which a draft has fewer.
+    const image::Window& image_frame() const { return levels_->image_frame(); }
+
+    /// Pixels of the image along a side of one of the layers: 1, but for drafts.
+    int reduction() const { return levels_->reduction(); }
 
     /// The level that the screen shows.
     size_t level() const { return levels_->level_for(view_.scale()); }
@@ -276,7 +293,7 @@ class Session {
     void keep_mode();
     void keep_picks();
     RowTarget selected_row() const;
-    std::string not_finite_text() const;
+    void take_levels(std::shared_ptr<const Levels> levels);
     std::string notes_text() const;
     bool is_saved(const Look& look) const;
     void remember_saved(const Look& look);
@@ -326,7 +343,8 @@ class Session {
     std::vector<std::string> picked_;
     ImageView view_;
     ViewMode mode_;
-    bool is_picking_ = false, is_wiping_ = false, wants_to_quit_ = false, wants_to_search_ = false;
+    bool is_picking_ = false, is_wiping_ = false, wants_to_quit_ = false, wants_to_search_ = false,
+         is_following_ = false;
     double wipe_ = 0.5;
     Page page_ = Page::Lights;
     std::string pick_layer_, matte_, selected_, row_search_, input_space_, own_space_;

@@ -129,7 +129,7 @@ void Session::keep_picks() {
 
 void Session::compare(std::string path, std::shared_ptr<const Levels> levels) {
     if (!has_file()) return;
-    const image::Window a = levels_->frame(0), b = levels->frame(0);
+    const image::Window a = levels_->image_frame(), b = levels->image_frame();
     if (a != b)
         return report(fmt::format("not compared: {} has {}×{} pixels, {} has {}×{}", path,
                                   b.width(), b.height(), path_, a.width(), a.height()),

@@ -23,45 +23,78 @@ size_t tile_at(const TileGrid& grid, int x, int y) {
 }  // namespace
 
 Textures::~Textures() {
-    clear();
+    clear(now_);
+    clear(before_);
 }
 
-void Textures::clear() {
-    for (auto& of_look : tiles_) {
+void Textures::clear(Tiles& tiles) {
+    for (auto& of_look : tiles.by_look) {
         for (auto& of_level : of_look) {
             for (Tile& tile : of_level) {
                 if (tile.texture) glDeleteTextures(1, &tile.texture);
             }
         }
-        of_look.clear();
     }
-    grids_.clear();
+    tiles = {};
+}
+
+Textures::Tiles Textures::empty_tiles(std::shared_ptr<const Levels> levels) {
+    Tiles tiles;
+    tiles.levels = std::move(levels);
+    for (size_t k = 0; tiles.levels && k < tiles.levels->count(); ++k)
+        tiles.grids.push_back({tiles.levels->frame(k)});
+    for (auto& of_look : tiles.by_look) {
+        for (const TileGrid& grid : tiles.grids) of_look.emplace_back(grid.count());
+    }
+    return tiles;
 }
 
 void Textures::show(std::shared_ptr<const Levels> levels) {
-    if (levels == levels_) return;
-    clear();
-    levels_ = std::move(levels);
-    for (size_t k = 0; levels_ && k < levels_->count(); ++k) grids_.push_back({levels_->frame(k)});
-    for (auto& of_look : tiles_) {
-        for (const TileGrid& grid : grids_) of_look.emplace_back(grid.count());
+    if (levels == now_.levels) return;
+    clear(now_);
+    clear(before_);
+    now_ = empty_tiles(std::move(levels));
+}
+
+void Textures::renew(std::shared_ptr<const Levels> levels, bool is_same_image) {
+    if (!is_same_image) return show(std::move(levels));
+    bool has_same_tiles = now_.levels && levels->count() == now_.levels->count();
+    for (size_t k = 0; has_same_tiles && k < levels->count(); ++k)
+        has_same_tiles = levels->frame(k) == now_.levels->frame(k);
+    if (has_same_tiles) {
+        now_.levels = std::move(levels);
+        return;
     }
+    // Of a draft that no tile was made of, what is below it is shown still
+    const auto has_tile = [](const std::vector<std::vector<Tile>>& of_look) {
+        return std::any_of(of_look.begin(), of_look.end(), [](const std::vector<Tile>& tiles) {
+            return std::any_of(tiles.begin(), tiles.end(),
+                               [](const Tile& t) { return t.texture != 0; });
+        });
+    };
+    if (has_tile(now_.by_look[0]) || has_tile(now_.by_look[1])) {
+        clear(before_);
+        before_ = std::move(now_);
+    } else {
+        clear(now_);
+    }
+    now_ = empty_tiles(std::move(levels));
 }
 
 void Textures::take(const FinishedTile& finished) {
-    if (finished.levels != levels_) return;
-    const TileGrid& grid = grids_[finished.level];
+    if (finished.levels != now_.levels) return;
+    const TileGrid& grid = now_.grids[finished.level];
     const image::Window& w = finished.window;
-    Tile& tile = tiles_[finished.look][finished.level][tile_at(grid, w.x0, w.y0)];
+    Tile& tile = now_.by_look[finished.look][finished.level][tile_at(grid, w.x0, w.y0)];
     if (tile.texture == 0) {
         glGenTextures(1, &tile.texture);
         glBindTexture(GL_TEXTURE_2D, tile.texture);
         glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
         glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
         glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-        // Pixels of the file stay squares; stand-ins for them are smooth
-        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER,
-                        finished.level == 0 ? GL_NEAREST : GL_LINEAR);
+        // Pixels of the image stay squares; stand-ins for them are smooth
+        const bool is_image = finished.level == 0 && now_.levels->reduction() == 1;
+        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, is_image ? GL_NEAREST : GL_LINEAR);
         glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, w.width(), w.height(), 0, GL_RGBA,
                      GL_UNSIGNED_BYTE, finished.rgba.data());
     } else {
@@ -69,20 +102,20 @@ void Textures::take(const FinishedTile& finished) {
         glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, w.width(), w.height(), GL_RGBA, GL_UNSIGNED_BYTE,
                         finished.rgba.data());
     }
-    tile.version = finished.version;
+    tile.look_version = finished.look_version;
 }
 
-/// The tile itself or the one of a coarser level around it, whichever shows the newer image.
-const Textures::Tile* Textures::newest_over(size_t look,
-                                            size_t level,
-                                            size_t tile,
-                                            size_t& found_level) const {
-    const image::Window w = grids_[level].window(tile);
+/// The tile itself or the one of a coarser level around it, whichever shows the newer look.
+const Textures::Tile* Textures::newest_over(
+    const Tiles& tiles, size_t look, size_t level, size_t tile, size_t& found_level) {
+    const std::vector<TileGrid>& grids = tiles.grids;
+    const image::Window w = grids[level].window(tile);
     const Tile* newest = nullptr;
-    for (size_t k = level; k < grids_.size(); ++k) {
+    for (size_t k = level; k < grids.size(); ++k) {
         const auto shift = int(k - level);
-        const Tile& candidate = tiles_[look][k][tile_at(grids_[k], w.x0 >> shift, w.y0 >> shift)];
-        if (candidate.version > (newest ? newest->version : 0)) {
+        const Tile& candidate =
+            tiles.by_look[look][k][tile_at(grids[k], w.x0 >> shift, w.y0 >> shift)];
+        if (candidate.look_version > (newest ? newest->look_version : 0)) {
             newest = &candidate;
             found_level = k;
         }
@@ -92,13 +125,14 @@ const Textures::Tile* Textures::newest_over(size_t look,
 
 /// A part of level `level` by a tile of it.
 void Textures::draw_part(ImDrawList& list,
+                         const Tiles& tiles,
                          const Tile& tile,
                          size_t level,
                          const image::Window& tile_window,
                          const image::Window& part,
                          const ImVec2& origin,
-                         double scale) const {
-    const image::Window& full = grids_[0].frame;
+                         double scale) {
+    const image::Window& full = tiles.grids[0].frame;
     const double size = std::ldexp(scale, int(level));
     // The last pixel of a coarse level may reach over the edge of the image
     const auto x_of = [&](int x) {
@@ -118,22 +152,35 @@ void Textures::draw_part(ImDrawList& list,
                    share(y1, tile_window.y0, tile_window.height())});
 }
 
-void Textures::draw(
-    ImDrawList& list, size_t look, size_t level, const ImVec2& origin, double scale) {
-    if (grids_.empty()) return;
-    for (size_t t = 0; t < grids_[level].count(); ++t) {
+/// scale: per pixel of the tiles' level 0.
+void Textures::draw_tiles(ImDrawList& list,
+                          const Tiles& tiles,
+                          size_t look,
+                          size_t level,
+                          const ImVec2& origin,
+                          double scale) {
+    const std::vector<TileGrid>& grids = tiles.grids;
+    for (size_t t = 0; t < grids[level].count(); ++t) {
         size_t found_level = level;
-        const Tile* tile = newest_over(look, level, t, found_level);
+        const Tile* tile = newest_over(tiles, look, level, t, found_level);
         if (!tile) continue;
         const auto shift = int(found_level - level);
-        const image::Window w = grids_[level].window(t);
+        const image::Window w = grids[level].window(t);
         const int round_up = (1 << shift) - 1;
         const image::Window part = {w.x0 >> shift, w.y0 >> shift, (w.x1 + round_up) >> shift,
                                     (w.y1 + round_up) >> shift};
-        const TileGrid& grid = grids_[found_level];
-        draw_part(list, *tile, found_level, grid.window(tile_at(grid, part.x0, part.y0)), part,
-                  origin, scale);
+        const TileGrid& grid = grids[found_level];
+        draw_part(list, tiles, *tile, found_level, grid.window(tile_at(grid, part.x0, part.y0)),
+                  part, origin, scale);
     }
+}
+
+void Textures::draw(
+    ImDrawList& list, size_t look, size_t level, const ImVec2& origin, double scale) {
+    if (before_.levels)
+        draw_tiles(list, before_, look, before_.levels->level_for(scale), origin,
+                   scale * before_.levels->reduction());
+    if (now_.levels) draw_tiles(list, now_, look, level, origin, scale * now_.levels->reduction());
 }
 
 }  // namespace velatura::compositor::window

@@ -142,6 +142,7 @@ void Worker::mix_batch(const WorkRequest& request, const TileBatch& batch) {
         tile.look = batch.look;
         tile.level = batch.level;
         tile.version = task.version;
+        tile.look_version = task.look_version;
         tile.window = order_.grid(batch.level).window(batch.tiles[i]);
         ShownTile shown = show_tile(
             {levels.stack(batch.level), *task.plans[batch.level], task.look.exposure_stops,

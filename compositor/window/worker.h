@@ -29,6 +29,8 @@ struct ImageTask {
     ViewMode mode = {};
     std::shared_ptr<const Levels> levels = {};  ///< of its file; null: that of the request
     LevelPlans matte = {};  ///< plans of nothing but the matte that is drawn; empty: none
+    /// `version` of the first image of this look: layers that are renewed make another image of it.
+    uint64_t look_version = version;
 };
 
 struct WorkRequest {
@@ -42,7 +44,7 @@ struct WorkRequest {
 struct FinishedTile {
     std::shared_ptr<const Levels> levels;
     size_t look = 0, level = 0;
-    uint64_t version = 0;
+    uint64_t version = 0, look_version = 0;
     image::Window window;  ///< of the level
     std::vector<uint8_t> rgba;
     FlaggedPixels flagged;

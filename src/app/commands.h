@@ -4,6 +4,8 @@
 #include "base/command_line.h"
 
 #include <functional>
+#include <string>
+#include <vector>
 
 namespace velatura::app {
 
@@ -17,5 +19,10 @@ void add_info_command(Command& app, std::function<int()>& run);
 void add_flatten_command(Command& app, std::function<int()>& run);
 void add_farm_command(Command& app, std::function<int()>& run);
 void add_import_command(Command& app, std::function<int()>& run);
+
+/// words: the whole command line, without the program's name.
+void add_view_command(Command& app,
+                      std::function<int()>& run,
+                      const std::vector<std::string>& words);
 
 }  // namespace velatura::app

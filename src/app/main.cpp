@@ -63,6 +63,7 @@ int run_command(int argc, char** argv) {
     app.example("velatura render shot.usda -o shot.exr\nvelatura help layers");
     std::function<int()> run;
     add_render_command(app, run);
+    add_view_command(app, run, {argv + std::min(argc, 1), argv + argc});
     add_study_command(app, run);
     add_farm_command(app, run);
     add_plan_command(app, run);

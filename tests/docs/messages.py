@@ -21,7 +21,7 @@ OTHER_WORDS = set("""
     light-shaping light-textures lobe-multipliers matrix-layers max-depth mesh-lights mitchell-ratio normal-maps
     opinion-at-relocation-source path-layers per-light image-side prims-per-spec rough-diffuse shadow-controls shadow-layers small-lights
     sublayer-cycle surface-emission tessellated-gprims texture-fallback throughput-cutoff too-far transform-blur unresolved-prim-path
-    variable-expression varying-inputs velatura-comp velatura-comp-ui velatura-pictures velatura-texture
+    variable-expression varying-inputs velatura-comp velatura-comp-ui velatura-pictures velatura-texture velatura-view
 """.split())
 WORD = r"[a-z][a-z0-9]*(?:-[a-z0-9]+)*"
 MADE = [re.compile(pattern) for pattern in (

@@ -85,7 +85,7 @@ bool can_include(const std::string& tier, const std::string& other) {
 
 bool is_command_line_file(const SourceFile& file) {
     return file.is_below("src/app/") || file.is_below("compositor/cli/") ||
-           file.path == "compositor/window/main.cpp";
+           file.path == "compositor/window/main.cpp" || file.path == "src/view/main.cpp";
 }
 
 }  // namespace

@@ -486,6 +486,44 @@ TEST_F(WindowTest, AnotherFileIsBesideThisOne) {
     }
 }
 
+TEST_F(WindowTest, FollowsAFileThatARenderReplaces) {
+    const image::Window data = {4, 6, 190, 107}, all = {0, 0, 192, 108};
+    const std::string followed = window_file("followed_layers.exr", data, all, 1),
+                      next = window_file("next_layers.exr", data, all, 4),
+                      fewer = plain_file("fewer_layers.exr", {0, 0, 160, 90}),
+                      damaged = file("damaged.exr");
+    const std::string whole = read_file(next).value();
+    ASSERT_TRUE(write_file_atomically(damaged, whole.substr(0, whole.size() / 2)).has_value());
+    const auto shot = [](const char* name) {
+        return "wait\nscreenshot " + file(name) + " picture\n";
+    };
+    const Outcome played = play(
+        followed + " --follow --size 1280 800",
+        "wait\nkey 1\nclick \"mute key\"\n" + shot("follow_first.png") + "replace " + followed +
+            " " + next + "\n" + shot("follow_next.png") + "replace " + followed + " " + damaged +
+            "\n" + shot("follow_damaged.png") + "replace " + followed + " " + fewer + "\n" +
+            shot("follow_fewer.png") + "key ctrl+z\n" + shot("follow_undone.png") +
+            // Off again: what replaces the file is left alone
+            "key shift+f5\nreplace " + followed + " " + next + "\nframes 60\n" +
+            shot("follow_off.png"));
+    ASSERT_EQ(played.code, 0) << played.output;
+    expect_same_image(file("follow_damaged.png"), file("follow_next.png"));
+    const auto expect_mix = [&](const std::string& layers, const std::string& options,
+                                const std::string& seen) {
+        const Outcome mixed = run("env OCIO= " + bin + "/velatura-comp mix " + layers + options +
+                                  " -o " + file("follow_mix.png"));
+        ASSERT_EQ(mixed.code, 0) << mixed.output;
+        expect_same_image(file(seen), file("follow_mix.png"));
+    };
+    expect_mix(next, " --mute key", "follow_next.png");
+    expect_mix(fewer, " --mute key", "follow_fewer.png");
+    expect_mix(fewer, "", "follow_undone.png");
+    expect_mix(fewer, "", "follow_off.png");
+    const auto first = read_file(file("follow_first.png")),
+               second = read_file(file("follow_next.png"));
+    EXPECT_NE(first.value(), second.value()) << "other samples";
+}
+
 TEST_F(WindowTest, ExportsAndBakesAreThoseOfTheCommands) {
     struct Case {
         const char* menu;

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/math.h"
+#include "compositor/window/layer_source.h"
+#include "scene/camera.h"
+
+#include <array>
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+
+namespace velatura::view {
+
+/// What is seen at a pixel.
+struct LivePick {
+    std::array<int, 2> pixel = {0, 0};
+    std::string prim, material;  ///< paths; an empty prim: nothing is there
+    double depth = 0;            ///< along the view [scene units]
+    Vec3d point = Vec3d(0.0);    ///< render space
+    Box3d bounds;                ///< of what was hit, render space
+};
+
+/// What the window asks of the render.
+struct LiveRequests {
+    std::optional<scene::Camera> camera;  ///< another camera: the image begins anew
+    bool is_moving = false;               ///< more cameras follow: drafts only
+    bool is_paused = false;
+    std::optional<std::array<int, 2>> pick;  ///< pixel of the image
+    std::optional<std::string> save_as;      ///< EXR file, with the sums; empty: the output
+    bool ends = false;
+};
+
+/// What the render does.
+struct LiveStatus {
+    enum class Phase : uint8_t {
+        Loading,
+        Building,
+        Drafting,
+        Learning,
+        Rendering,
+        Writing,
+        Paused,
+        Finished,
+        Ended
+    };
+
+    Phase phase = Phase::Loading;
+    double samples = 0;                 ///< per pixel
+    std::optional<double> last_sample;  ///< per pixel; none: something else ends the render
+    std::optional<double> error;        ///< relative standard error
+    bool is_upper_error = false, is_lower_error = false;
+    double elapsed_s = 0;  ///< since the last edit
+    std::optional<double> left_s;
+    double rays_per_s = 0;
+    int reduction = 1;        ///< of what is shown; 1: the image itself
+    double draft_s = 0;       ///< from camera to layers of the last first draft; 0: none
+    int draft_reduction = 0;  ///< its
+    size_t drafts = 0;        ///< first drafts so far
+    std::optional<scene::Camera> camera;  ///< of the image; none before the scene is read
+    Box3d bounds;                         ///< of the scene, render space
+    LivePick pick;                        ///< the last one
+    size_t picks = 0;                     ///< so far
+    std::string message;                  ///< what happened last
+    bool is_error = false;
+    size_t messages = 0;  ///< so far
+};
+
+/// `64 of 256 spp · error 2.1 % · 12 s · 30 s left`.
+std::string text_of(const LiveStatus& status);
+
+/// Where the window's thread and that of the render meet.
+class LiveControl {
+  public:
+    /// `wake` is called from the render's thread whenever there is news.
+    explicit LiveControl(std::function<void()> wake) : wake_(std::move(wake)) {}
+
+    // The window's side
+
+    /// Changes what is asked for, and interrupts the render to look at it.
+    void request(const std::function<void(LiveRequests&)>& change);
+    std::optional<Result<compositor::window::RenewedLayers>> take_layers();
+    LiveStatus status() const;
+
+    // The render's side
+
+    /// What is asked for; cameras and files once.
+    LiveRequests take_requests();
+    /// Until something is asked for, or a signal ends the process.
+    void wait_for_request();
+
+    /// True since request(), until take_requests().
+    const std::atomic<bool>& interrupts() const { return interrupts_; }
+
+    /// True once the end is asked for.
+    const std::atomic<bool>& ends() const { return ends_; }
+
+    void publish(Result<compositor::window::RenewedLayers> layers);
+    void set_status(const std::function<void(LiveStatus&)>& change);
+
+    void wake() const { wake_(); }
+
+    /// What the status line says, once.
+    void report(std::string message, bool is_error = false);
+
+  private:
+    std::function<void()> wake_;
+    mutable std::mutex mutex_;
+    std::condition_variable asked_;
+    LiveRequests requests_;
+    LiveStatus status_;
+    std::optional<Result<compositor::window::RenewedLayers>> layers_;
+    std::atomic<bool> interrupts_ = false, ends_ = false;
+};
+
+}  // namespace velatura::view

@@ -1,0 +1,362 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "view/live_frame.h"
+
+#include "app/accuracy.h"
+#include "app/exit_codes.h"
+#include "app/frame_writer.h"
+#include "app/output_files.h"
+#include "app/render_settings.h"
+#include "app/stop_signals.h"
+#include "base/box.h"
+#include "geometry/surface_point.h"
+#include "integrator/effect_plan.h"
+#include "integrator/schedule.h"
+#include "view/film_levels.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace velatura::view {
+
+namespace {
+
+using compositor::window::RenewedLayers;
+using Phase = LiveStatus::Phase;
+
+/// Passes take about so long once the image has a few samples, and are shown after each [s].
+constexpr double pass_s = 1;
+/// A first draft that took longer makes the next one coarser, one that took less finer [s].
+constexpr double longest_draft_s = 0.12, shortest_draft_s = 0.03;
+constexpr int coarsest = 32, finest = 2;
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+int floor_div(int a, int b) {
+    return a >= 0 ? a / b : -((b - 1 - a) / b);
+}
+
+int ceil_div(int a, int b) {
+    return -floor_div(-a, b);
+}
+
+/// Pixels of a draft that cover a window of the image.
+film::Window draft_window(const film::Window& w, int reduction) {
+    return {floor_div(w.x0, reduction), floor_div(w.y0, reduction), ceil_div(w.x1, reduction),
+            ceil_div(w.y1, reduction)};
+}
+
+}  // namespace
+
+LiveFrame::LiveFrame(const app::RenderJob& job,
+                     const app::FrameInput& input,
+                     bool writes_output,
+                     LiveControl& control,
+                     Diagnostics& diagnostics)
+    : job_(job),
+      input_(input),
+      writes_output_(writes_output),
+      control_(control),
+      diagnostics_(diagnostics),
+      renderer_(scene::Scene(input.scene), app::render_settings(job, input)),
+      first_camera_(input.scene.camera),
+      edited_(Clock::now()) {
+    integrator::RenderOptions& schedule = renderer_.schedule();
+    schedule.snapshot_interval_s = pass_s;
+    if (!schedule.is_open_ended)
+        control_.set_status([&](LiveStatus& s) {
+            s.last_sample = double(schedule.end_sample - schedule.first_sample);
+        });
+    if (job.settings.layers.has_mattes())
+        mattes_ = std::make_unique<const integrator::MatteIds>(renderer_.scene());
+}
+
+bool LiveFrame::is_ended() const {
+    return control_.ends() || app::StopSignals::stop_flag();
+}
+
+image::Window LiveFrame::image_frame() const {
+    const scene::RenderSettings& settings = renderer_.scene().settings;
+    return {0, 0, settings.width, settings.height};
+}
+
+void LiveFrame::set_phase(Phase phase) {
+    control_.set_status([&](LiveStatus& s) { s.phase = phase; });
+}
+
+int LiveFrame::run() {
+    set_phase(Phase::Building);
+    renderer_.build(diagnostics_);
+    needs_ =
+        app::allot_memory(job_, input_, renderer_.world().materials.textures(), 0, diagnostics_);
+    if (!app::fits_limit(needs_, diagnostics_)) return app::MemoryReached;
+    begin_anew();
+    const Box3 bounds = renderer_.world().accelerator->bounds();
+    if (!bounds.isEmpty())
+        control_.set_status(
+            [&](LiveStatus& s) { s.bounds = Box3d(Vec3d(bounds.min), Vec3d(bounds.max)); });
+    while (true) {
+        const LiveRequests asked = control_.take_requests();
+        if (is_ended()) return app::Done;
+        is_moving_ = asked.is_moving;
+        if (asked.camera) set_camera(*asked.camera);
+        if (asked.pick) pick(*asked.pick);
+        if (asked.save_as) {
+            set_phase(Phase::Writing);
+            write(*asked.save_as, false);
+        }
+        if (const int reduction = next_reduction(); reduction > 0) {
+            draw_draft(reduction);
+        } else if (is_moving_ || asked.is_paused || is_finished_) {
+            set_phase(is_finished_ ? Phase::Finished
+                      : is_moving_ ? Phase::Drafting
+                                   : Phase::Paused);
+            control_.wait_for_request();
+        } else if (!is_learned_) {
+            learn();
+        } else {
+            advance();
+        }
+    }
+}
+
+/// Nothing of the image is there.
+void LiveFrame::begin_anew() {
+    is_learned_ = has_film_ = is_finished_ = false;
+    is_other_image_ = true;
+    shown_reduction_ = 0;
+    rendered_s_ = 0;
+    curve_ = {};
+    rays_ = {};
+    edited_ = Clock::now();
+    control_.set_status([this](LiveStatus& s) {
+        s.camera = renderer_.scene().camera;
+        s.samples = s.elapsed_s = s.rays_per_s = 0;
+        s.error.reset();
+        s.left_s.reset();
+    });
+}
+
+/// The surface that the ray through the pixel's center meets first.
+void LiveFrame::pick(const std::array<int, 2>& pixel) {
+    const integrator::World& world = renderer_.world();
+    const scene::Scene& scene = renderer_.scene();
+    const camera::CameraRay from =
+        world.camera.generate_ray({float(pixel[0]) + 0.5f, float(pixel[1]) + 0.5f}, {0.5f, 0.5f});
+    const geometry::Ray ray{from.o, from.d, from.t_max};
+    const geometry::Hit hit = world.accelerator->intersect(ray);
+    LivePick picked;
+    picked.pixel = pixel;
+    if (hit.is_valid()) {
+        const geometry::SurfacePoint at =
+            geometry::make_surface_point(scene, world.geometry, ray, hit);
+        if (at.provenance < scene.provenance.size())
+            picked.prim = scene.provenance[at.provenance].prim_path;
+        if (at.material < scene.materials.size())
+            picked.material = scene.materials[at.material].name;
+        picked.depth = double(world.camera.depth(at.p));
+        picked.point = Vec3d(at.p);
+        const Box3& box = at.mesh->bounds();
+        picked.bounds = Box3d(Vec3d(box.min), Vec3d(box.max));
+        if (at.instance < scene.instances.size())
+            picked.bounds = transformed(picked.bounds,
+                                        Mat4d(scene.instances[at.instance].render_from_prototype));
+    }
+    control_.set_status([&](LiveStatus& s) {
+        s.pick = std::move(picked);
+        ++s.picks;
+    });
+    control_.wake();
+}
+
+void LiveFrame::set_camera(const scene::Camera& camera) {
+    renderer_.set_camera(camera);
+    renderer_.build(diagnostics_);
+    begin_anew();
+}
+
+/// Of the next draft; 0: none, the image itself is next.
+int LiveFrame::next_reduction() const {
+    if (shown_reduction_ == 0) return first_reduction_;
+    if (is_moving_ || shown_reduction_ <= finest) return 0;
+    return shown_reduction_ / 2;
+}
+
+/// One sample for every `reduction` x `reduction` pixels, by paths without prepass.
+void LiveFrame::draw_draft(int reduction) {
+    set_phase(Phase::Drafting);
+    const bool is_first = shown_reduction_ == 0;
+    const auto start = Clock::now();
+    const film::Window whole = renderer_.window();
+    integrator::PathTracerOptions options = renderer_.settings().tracer;
+    options.mattes = mattes_.get();
+    options.disable_lens = renderer_.scene().settings.disable_depth_of_field;
+    // That one needs what trial paths find
+    if (options.estimator.roulette == integrator::Roulette::Efficiency)
+        options.estimator.roulette = integrator::Roulette::Throughput;
+    const film::LayerSet& layers = renderer_.settings().layers;
+    const integrator::PathTracer tracer(renderer_.world(), layers, options);
+    film::Film film(draft_window(whole, reduction), layers, {.final_sample_end = 1});
+    integrator::RenderOptions schedule;
+    schedule.seed = options.seed;
+    schedule.end_sample = 1;
+    schedule.tile_size = film::Film::tile_size;
+    integrator::RenderCallbacks callbacks;
+    // Of cameras that come faster than drafts, some are seen
+    callbacks.stop = is_first ? &control_.ends() : &control_.interrupts();
+    const auto result = integrator::run_schedule(
+        film, schedule,
+        [&](int x, int y, uint64_t sample, film::SampleRadiance& out,
+            integrator::RayCounts& counts) {
+            const int middle = reduction / 2;
+            tracer.trace(std::clamp(x * reduction + middle, whole.x0, whole.x1 - 1),
+                         std::clamp(y * reduction + middle, whole.y0, whole.y1 - 1), sample, out,
+                         counts);
+        },
+        callbacks);
+    if (result.reason == integrator::StopReason::Interrupted) return;
+    film::FileInfo info;
+    info.display = draft_window(image_frame(), reduction);
+    info.pixel_aspect_ratio = renderer_.scene().settings.pixel_aspect_ratio;
+    if (mattes_) info.matte_names = mattes_->names();
+    info.light_values = input_.light_values;
+    publish_levels(film, info, reduction);
+    shown_reduction_ = reduction;
+    if (!is_first) return;
+    const double took = seconds_since(start);
+    control_.set_status([&](LiveStatus& s) {
+        s.draft_s = seconds_since(edited_);
+        s.draft_reduction = reduction;
+        ++s.drafts;
+    });
+    if (took > longest_draft_s) first_reduction_ = std::min(2 * reduction, coarsest);
+    if (took < shortest_draft_s) first_reduction_ = std::max(reduction / 2, finest);
+}
+
+void LiveFrame::learn() {
+    set_phase(Phase::Learning);
+    renderer_.learn(&control_.interrupts());
+    // What was learned until then is not whole
+    is_learned_ = !control_.interrupts();
+}
+
+void LiveFrame::advance() {
+    set_phase(Phase::Rendering);
+    // All nodes of the sums are kept, which changes no bit: any file of it can be gone on from
+    if (!has_film_) renderer_.start_film(film::FilmOptions{.final_sample_end = 0});
+    has_film_ = true;
+    renderer_.schedule().curve = curve_;
+    integrator::RenderCallbacks callbacks;
+    callbacks.progress = [this](const integrator::RenderState& state) { note_progress(state); };
+    callbacks.snapshot = [this](const film::Film&, const statistics::ErrorCurve&) {
+        publish(false);
+    };
+    // The first passes are short
+    callbacks.snapshot_requested = [] { return true; };
+    callbacks.stop = &control_.interrupts();
+    callbacks.give_up = &app::StopSignals::stop_flag();
+    const integrator::RenderResult result = renderer_.advance(callbacks);
+    curve_ = result.curve;
+    rays_ += result.rays;
+    rendered_s_ += result.seconds;
+    is_finished_ = result.reason != integrator::StopReason::Interrupted;
+    if (!is_finished_) return;
+    publish(true);
+    const film::NoiseEstimate noise = renderer_.film().noise();
+    const auto error = app::image_error(job_, renderer_.film(), noise, curve_);
+    control_.set_status([&](LiveStatus& s) {
+        s.samples = noise.samples_mean;
+        s.elapsed_s = rendered_s_;
+        if (!error) return;
+        s.error = error->error.value;
+        s.is_upper_error = error->is_upper;
+        s.is_lower_error = error->is_lower;
+    });
+    if (writes_output_) {
+        set_phase(Phase::Writing);
+        write(input_.output, true);
+    }
+    set_phase(Phase::Finished);
+}
+
+void LiveFrame::note_progress(const integrator::RenderState& state) {
+    control_.set_status([&](LiveStatus& s) {
+        s.samples = state.samples_per_pixel;
+        s.elapsed_s = rendered_s_ + state.elapsed_s;
+        s.left_s = state.left_s;
+        if (state.elapsed_s > 0) s.rays_per_s = double(state.rays.total()) / state.elapsed_s;
+        if (!state.error) return;
+        s.error = state.error;
+        s.is_upper_error = state.is_upper_error;
+        s.is_lower_error = state.is_lower_error;
+    });
+}
+
+/// The film so far, which is at rest. What was shown just now can wait where making layers takes
+/// long.
+void LiveFrame::publish(bool is_final) {
+    constexpr double longest_share = 0.2;
+    const bool is_first = shown_reduction_ != 1;
+    if (!is_final && !is_first && seconds_since(published_) < publish_s_ / longest_share) return;
+    const auto start = Clock::now();
+    film::FileInfo info = renderer_.file_info();
+    info.light_values = input_.light_values;
+    publish_levels(renderer_.film(), info, 1);
+    shown_reduction_ = 1;
+    published_ = Clock::now();
+    publish_s_ = seconds_since(start);
+}
+
+void LiveFrame::publish_levels(const film::Film& film, const film::FileInfo& info, int reduction) {
+    auto levels = film_levels(film, info, reduction, image_frame());
+    if (!levels) return control_.report(levels.error().message, true);
+    control_.set_status([&](LiveStatus& s) { s.reduction = reduction; });
+    control_.publish(RenewedLayers{std::move(*levels), std::exchange(is_other_image_, false)});
+}
+
+/// What beside the render's own settings made the image.
+app::FrameSettings LiveFrame::settings_of_file() {
+    if (!settings_) settings_ = app::frame_settings(job_, input_);
+    app::FrameSettings settings = *settings_;
+    settings.emplace_back("--guiding", renderer_.prepass().guide.is_used ? "on" : "off");
+    const scene::Camera& camera = renderer_.scene().camera;
+    if (camera.render_from_camera == first_camera_.render_from_camera) return settings;
+    // The scene's own camera is another one: such files do not merge
+    std::string matrix;
+    for (int row = 0; row < 4; ++row) {
+        for (int column = 0; column < 4; ++column)
+            matrix += fmt::format(" {}", camera.render_from_camera[row][column]);
+    }
+    settings.emplace_back("camera edit", matrix.substr(1));
+    return settings;
+}
+
+/// is_output: as `velatura render` leaves it; else with the sums, to go on from.
+void LiveFrame::write(const std::string& path, bool is_output) {
+    if (!has_film_ || renderer_.film().noise().samples_max == 0)
+        return control_.report("no samples yet: nothing to write", true);
+    app::FrameInput input = input_;
+    if (!path.empty()) input.output = path;
+    app::RenderJob job = job_;
+    if (!is_output) job.arguments.is_resumable = true;
+    app::FrameSettings settings = settings_of_file();
+    const std::string no_top_ups = "[]";
+    std::optional<OutputLock> lock;
+    if (app::take_output(input.output, lock, diagnostics_) != app::Done)
+        return control_.report(input.output + " cannot be written: see the terminal", true);
+    if (const Result<void> ok = app::check_outputs(input); !ok)
+        return control_.report(ok.error().message, true);
+    app::MemoryWatch memory(renderer_.world().materials.textures(), needs_.writing);
+    app::FrameWriter writer(job, input, renderer_, settings, no_top_ups, memory);
+    if (is_finished_) writer.set_finished();
+    const auto written =
+        writer.write(curve_, integrator::broken_promises(input.plan, rays_.effects));
+    if (!written) return control_.report(written.error().message, true);
+    control_.report(fmt::format("wrote {}{}", input.output,
+                                is_output ? "" : "; `velatura render --resume` continues it"));
+}
+
+}  // namespace velatura::view

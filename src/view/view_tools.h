@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "compositor/window/desktop.h"
+#include "scene/camera.h"
+#include "view/live_render.h"
+
+#include <optional>
+#include <string>
+
+namespace velatura::view {
+
+/// What a render adds to the mixer's window: tools, keys, the camera in the mouse's hand, messages.
+class ViewTools {
+  public:
+    /// Both must outlive it. edits: the USD layer that edits are saved to.
+    ViewTools(LiveRender& render, compositor::window::Desktop& desktop, std::string edits);
+
+    /// Returns: true for a key that is not for the mixer.
+    bool press(const compositor::window::KeyPress& key, bool is_repeat);
+
+    void begin_frame();
+
+    /// A line: first drafts and how long they took.
+    std::string times() const;
+
+  private:
+    /// What a drag does to the camera.
+    enum class Move { None, Orbit, Pan, Dolly };
+
+    void draw(compositor::window::Marks& marks);
+    void set_paused(bool is_paused);
+    bool take_mouse(const compositor::window::ImageMouse& mouse);
+    void begin_drag(const compositor::window::ImageMouse& mouse);
+    void drag(const std::array<float, 2>& moved);
+    void turn_wheel(float notches);
+    Vec3d pivot() const;
+    void move_camera(const scene::Camera& camera, bool is_moving);
+    void save_edits();
+
+    LiveRender& render_;
+    compositor::window::Desktop& desktop_;
+    std::string edits_;
+    std::optional<scene::Camera> first_camera_, camera_;  ///< of the scene; that is asked for
+    LiveStatus status_;                                   ///< of this frame
+    bool is_paused_ = false;
+    bool has_camera_ = false;  ///< the mouse moves the camera; else it does with Alt alone
+    Move move_ = Move::None;
+    bool is_moved_ = false;  ///< since the button went down
+    size_t messages_ = 0;    ///< that were shown
+    size_t picks_ = 0;       ///< that were
+    bool shows_pick_ = false;
+};
+
+}  // namespace velatura::view

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// The window of a render, on a screen without a monitor, moved by mouse and keys.
+#include "app/command.h"
+#include "base/atomic_file.h"
+#include "compositor/outcome.h"
+#include "image/formats.h"
+#include "virtual_screen.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+
+namespace velatura::view {
+namespace {
+
+using compositor::Outcome;
+using compositor::run;
+using compositor::window::VirtualScreen;
+
+const std::string bin = VELATURA_BIN_DIR;
+
+const std::string options = " --res 160 100 --spp 16 --bounces 1 --seed 3 -q";
+
+class ViewWindowTest : public testing::Test {
+  protected:
+    void SetUp() override {
+#if !defined(VELATURA_HAVE_WINDOW) || !defined(VELATURA_HAVE_OPENIMAGEIO_PLUGIN)
+        GTEST_SKIP() << "the window or the plugin that writes its pictures was not built";
+#else
+        if (!VirtualScreen::is_installed()) GTEST_SKIP() << "there is no Xvfb";
+        screen_ = VirtualScreen::start(1920, 1080);
+        ASSERT_TRUE(screen_) << "Xvfb does not start";
+        w_.write("scene.usda", test::small_scene());
+#endif
+    }
+
+    Outcome play(const std::string& arguments, const std::string& script) const {
+        w_.write("script.txt", script);
+        return run("cd " + w_.path("") + " && env DISPLAY=" + screen_->display() +
+                   " LIBGL_ALWAYS_SOFTWARE=1 OCIO= XDG_STATE_HOME=" + w_.path("state") +
+                   " timeout 240 " + bin + "/velatura view scene.usda" + options +
+                   " --size 1280 800 --script script.txt " + arguments);
+    }
+
+    void expect_same_image(const std::string& a, const std::string& b) const {
+        const auto first = image::read_rgb_image(w_.path(a), image::SourceColorSpace::Raw);
+        const auto second = image::read_rgb_image(w_.path(b), image::SourceColorSpace::Raw);
+        ASSERT_TRUE(first.has_value() && second.has_value()) << a << " " << b;
+        ASSERT_EQ(first->width, second->width);
+        EXPECT_TRUE(first->pixels == second->pixels) << a << " differs from " << b;
+    }
+
+    std::string bytes(const std::string& name) const {
+        return read_file(w_.path(name)).value_or("missing: " + name);
+    }
+
+    test::Workplace w_;
+    std::unique_ptr<VirtualScreen> screen_;
+};
+
+TEST_F(ViewWindowTest, WhatConvergesIsTheFileAndTheMixOfTheCommands) {
+    const Outcome played =
+        play("-o live.exr",
+             "frames 10\nclick \"mute key\"\nwait\nkey 1\nwait\nscreenshot muted.png picture\n"
+             "key ctrl+z\nwait\nscreenshot seen.png picture\n");
+    ASSERT_EQ(played.code, 0) << played.output;
+    ASSERT_EQ(w_.velatura("render scene.usda -o command.exr" + options).exit_code, 0);
+    EXPECT_TRUE(bytes("live.exr") == bytes("command.exr"));
+    ASSERT_EQ(w_.comp("mix command.exr -o mix.png").exit_code, 0);
+    expect_same_image("seen.png", "mix.png");
+    ASSERT_EQ(w_.comp("mix command.exr --mute key -o mix_muted.png").exit_code, 0);
+    expect_same_image("muted.png", "mix_muted.png");
+}
+
+TEST_F(ViewWindowTest, TheMouseMovesTheCameraPicksAndSavesEdits) {
+    const Outcome played =
+        play("--edits look.usda --times",
+             "wait\nwhole pause\nwhole write\nclick camera\nclick picture\nframes 5\n"
+             "screenshot status.png status\n"
+             "drag picture 60 25\nwait\nkey 1\nwait\nscreenshot orbited.png picture\n"
+             "key ctrl+shift+s\nkey ctrl+s\nframes 20\nwait\n"
+             "click \"reset camera\"\nwait\nscreenshot back.png picture\n");
+    ASSERT_EQ(played.code, 0) << played.output;
+    EXPECT_NE(played.output.find("first drafts"), std::string::npos) << played.output;
+    // The camera that was saved is the one that was seen
+    const test::CommandResult rendered =
+        w_.velatura("render scene.usda --session look.usda -o edited.exr" + options);
+    ASSERT_EQ(rendered.exit_code, 0) << rendered.output;
+    const test::CommandResult same = w_.comp("diff scene.exr edited.exr");
+    EXPECT_NE(same.exit_code, 2) << same.output;
+    ASSERT_EQ(w_.velatura("render scene.usda -o command.exr" + options).exit_code, 0);
+    ASSERT_EQ(w_.comp("mix command.exr -o mix.png").exit_code, 0);
+    expect_same_image("back.png", "mix.png");
+    ASSERT_EQ(w_.comp("mix scene.exr -o orbited_mix.png").exit_code, 0);
+    expect_same_image("orbited.png", "orbited_mix.png");
+}
+
+TEST_F(ViewWindowTest, ASceneThatCannotBeReadClosesIt) {
+    const Outcome played = play("--spp 8", "wait\n");
+    EXPECT_EQ(played.code, 2) << "--spp twice";
+    w_.write("scene.usda", "no scene");
+    const Outcome broken = play("", "wait\n");
+    EXPECT_EQ(broken.code, 1) << broken.output;
+    EXPECT_NE(broken.output.find("scene.usda"), std::string::npos) << broken.output;
+}
+
+TEST(ViewCommand, NeedsNeitherXNorOpenGlToRender) {
+    const Outcome libraries = run("ldd " + bin + "/velatura");
+    ASSERT_EQ(libraries.code, 0);
+    for (const char* library : {"libX11", "libGL", "libglfw"})
+        EXPECT_EQ(libraries.output.find(library), std::string::npos) << libraries.output;
+}
+
+TEST(ViewCommand, WithoutTheWindowSaysSo) {
+    const test::Workplace w;
+    const Outcome r =
+        run("cd " + w.path("") + " && cp " + bin + "/velatura . && ./velatura view scene.usda");
+    EXPECT_EQ(r.code, 1) << r.output;
+    EXPECT_NE(r.output.find("libimgui-dev"), std::string::npos) << r.output;
+}
+
+}  // namespace
+}  // namespace velatura::view
