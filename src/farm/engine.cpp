@@ -150,8 +150,6 @@ std::string openjd_template(const Job& job, const std::vector<size_t>& pieces) {
     piece["range"] = list_of(pieces);
     if (chunk > 0) {
         piece["chunks"] = {{"defaultTaskCount", chunk}};
-        if (const int target_s = number_option(job, "chunk-time"); target_s > 0)
-            piece["chunks"]["targetRuntimeSeconds"] = target_s;
         piece["chunks"]["rangeConstraint"] = "CONTIGUOUS";
     }
     if (!pieces.empty()) {

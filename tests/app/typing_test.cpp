@@ -61,8 +61,7 @@ TEST(Typing, NoCommandWritesOverWhatItReads) {
         {"scene", "--output", {"flatten", "IN", "-o", "IN"}},
         {"file", "--output", {"import", "IN", "-o", "IN"}},
         {"--session", "--output", {"flatten", "x", "--session", "IN", "-o", "IN"}}};
-    rows.push_back({"scene", "--output", {"farm", "submit", "IN", "-o", "IN"}});
-    for (const std::string command : {"render", "plan", "study"}) {
+    for (const std::string command : {"render", "plan", "study", "farm submit"}) {
         rows.push_back({"scene", "--output", {command, "IN", "-o", "IN"}});
         rows.push_back({"--session", "--output", {command, "x", "--session", "IN", "-o", "IN"}});
         rows.push_back(

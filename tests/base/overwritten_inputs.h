@@ -42,6 +42,11 @@ inline void expect_inputs_guarded(CommandLine& line,
         tried.emplace(row.words[0], row.writes);
         for (const std::string& other : {file, hard, soft}) {
             std::vector<std::string> words = row.words;
+            // "farm submit" is two words
+            if (const size_t space = words[0].find(' '); space != std::string::npos) {
+                words.insert(words.begin() + 1, words[0].substr(space + 1));
+                words[0].resize(space);
+            }
             // The output may be named before the input
             bool is_first = true;
             for (std::string& word : words)

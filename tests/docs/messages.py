@@ -17,7 +17,7 @@ OTHER_WORDS = set("""
     depth-of-field diffuse-transmission effect-left-out environment-maps gave-up global-area half-images id-mattes inconsistent-property-type
     interior-media invalid-asset-path invalid-authored-relocation invalid-conflicting-relocation invalid-external-target-path
     invalid-instance-target-path invalid-prim-path invalid-reference-offset invalid-same-target-relocations invalid-sublayer-offset
-    invalid-sublayer-ownership invalid-sublayer-path level-sets light-filters light-layers light-linking light-profiles light-selection
+    invalid-sublayer-ownership invalid-sublayer-path jobtemplate-2023-09 level-sets light-filters light-layers light-linking light-profiles light-selection
     light-shaping light-textures lobe-multipliers matrix-layers max-depth mesh-lights mitchell-ratio normal-maps
     opinion-at-relocation-source path-layers per-light image-side prims-per-spec rough-diffuse shadow-controls shadow-layers small-lights
     sublayer-cycle surface-emission tessellated-gprims texture-fallback throughput-cutoff too-far transform-blur unresolved-prim-path
