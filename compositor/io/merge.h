@@ -48,9 +48,10 @@ struct MergeReport {
 
 /// Joins files that hold adjacent sample ranges of one render into the file that one render of all
 /// the samples writes, bit for bit in every pixel. One part at a time is in memory beside the sums
-/// of the result. Errors: "merge-refused" (exit 5: incomplete, no sums, other scene, settings,
-/// build, files, seed, layers or window, overlap, gap, not what is expected); its message has a
-/// line for each of report.faults. Those of reading and of layers::write_layer_file.
+/// of the result, which hold a node per bit of the number of samples. Errors: "merge-refused" (exit
+/// 5: incomplete, no sums, other scene, settings, build, files, seed, layers or window, overlap,
+/// gap, not what is expected); its message has a line for each of report.faults. Those of reading
+/// and of layers::write_layer_file.
 Result<layers::WriteReport> merge_files(const std::vector<std::string>& inputs,
                                         const std::string& output,
                                         const MergeOptions& options,
