@@ -51,7 +51,7 @@ std::optional<Result<std::shared_ptr<const Levels>>> FollowedFiles::check() {
         const std::string& path = paths_[size_t(missing - now.begin())];
         seen_ = std::move(now);
         return Result<LevelsPtr>(
-            Error{"io-open", was_there_ ? path + " was removed" : path + " is not there yet"});
+            Error{"io-open", was_there_ ? path + " was removed" : path + " not found"});
     }
     auto read = guarded<LevelsPtr>([this] { return load_levels(paths_, view_); });
     // Written while it was read: neither whole nor damaged. The next look finds another state

@@ -11,6 +11,7 @@
 #include "geometry/surface_point.h"
 #include "integrator/effect_plan.h"
 #include "integrator/schedule.h"
+#include "render/draft_tracer.h"
 #include "view/film_levels.h"
 
 #include <fmt/format.h>
@@ -191,17 +192,11 @@ void LiveFrame::draw_draft(int reduction) {
     const bool is_first = shown_reduction_ == 0;
     const auto start = Clock::now();
     const film::Window whole = renderer_.window();
-    integrator::PathTracerOptions options = renderer_.settings().tracer;
-    options.mattes = mattes_.get();
-    options.disable_lens = renderer_.scene().settings.disable_depth_of_field;
-    // That one needs what trial paths find
-    if (options.estimator.roulette == integrator::Roulette::Efficiency)
-        options.estimator.roulette = integrator::Roulette::Throughput;
     const film::LayerSet& layers = renderer_.settings().layers;
-    const integrator::PathTracer tracer(renderer_.world(), layers, options);
+    const auto tracer = render::make_draft_tracer(renderer_, mattes_.get());
     film::Film film(draft_window(whole, reduction), layers, {.final_sample_end = 1});
     integrator::RenderOptions schedule;
-    schedule.seed = options.seed;
+    schedule.seed = renderer_.settings().tracer.seed;
     schedule.end_sample = 1;
     schedule.tile_size = film::Film::tile_size;
     integrator::RenderCallbacks callbacks;
@@ -212,9 +207,9 @@ void LiveFrame::draw_draft(int reduction) {
         [&](int x, int y, uint64_t sample, film::SampleRadiance& out,
             integrator::RayCounts& counts) {
             const int middle = reduction / 2;
-            tracer.trace(std::clamp(x * reduction + middle, whole.x0, whole.x1 - 1),
-                         std::clamp(y * reduction + middle, whole.y0, whole.y1 - 1), sample, out,
-                         counts);
+            tracer->trace(std::clamp(x * reduction + middle, whole.x0, whole.x1 - 1),
+                          std::clamp(y * reduction + middle, whole.y0, whole.y1 - 1), sample, out,
+                          counts);
         },
         callbacks);
     if (result.reason == integrator::StopReason::Interrupted) return;

@@ -5,11 +5,11 @@
 #include "app/memory_needs.h"
 #include "app/render_frame.h"
 #include "integrator/matte_ids.h"
-#include "integrator/path_tracer.h"
 #include "render/renderer.h"
 #include "statistics/error_curve.h"
 #include "view/live_control.h"
 
+#include <array>
 #include <chrono>
 #include <memory>
 #include <optional>

@@ -96,13 +96,13 @@ void ViewTools::begin_frame() {
 
 void ViewTools::draw(Marks& marks) {
     if (button(marks, is_paused_ ? "Resume" : "Pause", "pause", "Space")) set_paused(!is_paused_);
-    if (button(marks, "Write", "write", "Ctrl+S: the image so far, with the sums to go on from"))
+    if (button(marks, "Write", "write", "Ctrl+S: the image so far, with the sums, to continue it"))
         render_.save();
     ImGui::Checkbox("Camera", &has_camera_);
     note_last(marks, "camera");
     compositor::window::explain(
         "The mouse moves the camera: drag orbits, with Shift pans, with Ctrl and the wheel go "
-        "nearer; a click says what is there. F frames it, A all. Without the switch: Alt");
+        "nearer; a click picks. F frames it, A all. Without the switch: Alt");
     ImGui::SameLine();
     ImGui::BeginDisabled(!camera_ || is_same_camera(*camera_, *first_camera_));
     if (button(marks, "Reset", "reset camera", "The camera of the scene"))

@@ -5,6 +5,7 @@
 #include "scene/camera.h"
 #include "view/live_render.h"
 
+#include <array>
 #include <optional>
 #include <string>
 

@@ -21,7 +21,7 @@ using compositor::window::VirtualScreen;
 
 const std::string bin = VELATURA_BIN_DIR;
 
-const std::string options = " --res 160 100 --spp 16 --bounces 1 --seed 3 -q";
+const std::string options = " --res 96 64 --spp 8 --bounces 1 --seed 3 -q";
 
 class ViewWindowTest : public testing::Test {
   protected:
@@ -98,8 +98,6 @@ TEST_F(ViewWindowTest, TheMouseMovesTheCameraPicksAndSavesEdits) {
 }
 
 TEST_F(ViewWindowTest, ASceneThatCannotBeReadClosesIt) {
-    const Outcome played = play("--spp 8", "wait\n");
-    EXPECT_EQ(played.code, 2) << "--spp twice";
     w_.write("scene.usda", "no scene");
     const Outcome broken = play("", "wait\n");
     EXPECT_EQ(broken.code, 1) << broken.output;

@@ -501,10 +501,12 @@ TEST_F(WindowTest, FollowsAFileThatARenderReplaces) {
         followed + " --follow --size 1280 800",
         "wait\nkey 1\nclick \"mute key\"\n" + shot("follow_first.png") + "replace " + followed +
             " " + next + "\n" + shot("follow_next.png") + "replace " + followed + " " + damaged +
-            "\n" + shot("follow_damaged.png") + "replace " + followed + " " + fewer + "\n" +
-            shot("follow_fewer.png") + "key ctrl+z\n" + shot("follow_undone.png") +
+            "\n" + shot("follow_damaged.png") + "replace " + followed + " " + fewer +
+            // Of another size: fitted into the window
+            "\nwait\nkey 1\n" + shot("follow_fewer.png") + "key ctrl+z\n" +
+            shot("follow_undone.png") +
             // Off again: what replaces the file is left alone
-            "key shift+f5\nreplace " + followed + " " + next + "\nframes 60\n" +
+            "key shift+f5\nreplace " + followed + " " + next + "\nframes 30\n" +
             shot("follow_off.png"));
     ASSERT_EQ(played.code, 0) << played.output;
     expect_same_image(file("follow_damaged.png"), file("follow_next.png"));
