@@ -140,8 +140,11 @@ class App {
       const made = rows.map(row => new StopsRow(this, row));
       if (made.length > 0) pages.push({title, made, boxes: made.map(m => m.box)});
     };
-    stopsPage('Lights', data.lights);
-    stopsPage('Bounces', data.bounces.map(row => ({...row, hint: hint(row.name)})));
+    // Faders of what the page has layers of; `all` works with any
+    const has = names => data.families.some(f => names.includes(f.name));
+    const hasLights = has(['matrix', 'groups', 'plain']), hasBounces = has(['matrix', 'bounces']);
+    stopsPage('Lights', data.lights.filter(row => hasLights || row.name === 'all'));
+    stopsPage('Bounces', data.bounces.filter(() => hasBounces).map(row => ({...row, hint: hint(row.name)})));
     if (data.grid.groups.length > 0 && data.grid.columns.length > 0) {
       const grid = new Grid(this, data.grid);
       const note = element('p', {class: 'note'}, 'Stops of each bounce of each light. Arrow keys: a quarter stop.');
