@@ -6,6 +6,7 @@
 #include "app/frame_writer.h"
 #include "app/output_files.h"
 #include "app/render_settings.h"
+#include "app/resume.h"
 #include "app/stop_signals.h"
 #include "base/box.h"
 #include "geometry/surface_point.h"
@@ -259,6 +260,7 @@ void LiveFrame::advance() {
     rendered_s_ += result.seconds;
     is_finished_ = result.reason != integrator::StopReason::Interrupted;
     if (!is_finished_) return;
+    finished_part_ = app::Continuation().part_of(job_, result);
     publish(true);
     const film::NoiseEstimate noise = renderer_.film().noise();
     const auto error = app::image_error(job_, renderer_.film(), noise, curve_);
@@ -313,20 +315,28 @@ void LiveFrame::publish_levels(const film::Film& film, const film::FileInfo& inf
 }
 
 /// What beside the render's own settings made the image.
-app::FrameSettings LiveFrame::settings_of_file() {
-    if (!settings_) settings_ = app::frame_settings(job_, input_);
-    app::FrameSettings settings = *settings_;
-    settings.emplace_back("--guiding", renderer_.prepass().guide.is_used ? "on" : "off");
+app::FrameFacts LiveFrame::facts_of_file() {
+    if (!facts_) {
+        facts_.emplace();
+        facts_->files = app::scene_files(input_.scene);
+        facts_->settings = app::frame_settings(job_, input_, facts_->files);
+    }
+    app::FrameFacts facts = *facts_;
+    const integrator::RenderOptions& schedule = job_.settings.schedule;
+    facts.part = {schedule.first_sample, schedule.end_sample, false};
+    if (schedule.is_open_ended) facts.part.end.reset();
+    if (is_finished_) facts.part = finished_part_;
+    facts.settings.emplace_back("--guiding", renderer_.prepass().guide.is_used ? "on" : "off");
     const scene::Camera& camera = renderer_.scene().camera;
-    if (camera.render_from_camera == first_camera_.render_from_camera) return settings;
+    if (camera.render_from_camera == first_camera_.render_from_camera) return facts;
     // The scene's own camera is another one: such files do not merge
     std::string matrix;
     for (int row = 0; row < 4; ++row) {
         for (int column = 0; column < 4; ++column)
             matrix += fmt::format(" {}", camera.render_from_camera[row][column]);
     }
-    settings.emplace_back("camera edit", matrix.substr(1));
-    return settings;
+    facts.settings.emplace_back("camera edit", matrix.substr(1));
+    return facts;
 }
 
 /// is_output: as `velatura render` leaves it; else with the sums, to go on from.
@@ -337,15 +347,14 @@ void LiveFrame::write(const std::string& path, bool is_output) {
     if (!path.empty()) input.output = path;
     app::RenderJob job = job_;
     if (!is_output) job.arguments.is_resumable = true;
-    app::FrameSettings settings = settings_of_file();
-    const std::string no_top_ups = "[]";
+    const app::FrameFacts facts = facts_of_file();
     std::optional<OutputLock> lock;
     if (app::take_output(input.output, lock, diagnostics_) != app::Done)
         return control_.report(input.output + " cannot be written: see the terminal", true);
     if (const Result<void> ok = app::check_outputs(input); !ok)
         return control_.report(ok.error().message, true);
     app::MemoryWatch memory(renderer_.world().materials.textures(), needs_.writing);
-    app::FrameWriter writer(job, input, renderer_, settings, no_top_ups, memory);
+    app::FrameWriter writer(job, input, renderer_, facts, memory);
     if (is_finished_) writer.set_finished();
     const auto written =
         writer.write(curve_, integrator::broken_promises(input.plan, rays_.effects));

@@ -50,7 +50,7 @@ class LiveFrame {
     void publish(bool is_final);
     void publish_levels(const film::Film& film, const film::FileInfo& info, int reduction);
     void write(const std::string& path, bool is_output);
-    app::FrameSettings settings_of_file();
+    app::FrameFacts facts_of_file();
 
     const app::RenderJob& job_;
     const app::FrameInput& input_;
@@ -61,19 +61,20 @@ class LiveFrame {
     scene::Camera first_camera_;
     std::unique_ptr<const integrator::MatteIds> mattes_;  ///< of drafts
     app::MemoryNeeds needs_;
-    std::optional<app::FrameSettings> settings_;  ///< read for the first file
+    std::optional<app::FrameFacts> facts_;  ///< read for the first file
     statistics::ErrorCurve curve_;
     integrator::RayCounts rays_;  ///< of this image
 
-    bool is_moving_ = false;      ///< the camera: drafts only
-    bool is_learned_ = false;     ///< the prepass of this image
-    bool has_film_ = false;       ///< of this image
-    bool is_finished_ = false;    ///< the film has all samples
-    bool is_other_image_ = true;  ///< than the one that was published last
-    int shown_reduction_ = 0;     ///< of this image; 0: nothing of it was published
-    int first_reduction_ = 8;     ///< of the first draft, by the time that the last one took
-    double rendered_s_ = 0;       ///< this image, up to the last interruption
-    double publish_s_ = 0;        ///< the last time
+    bool is_moving_ = false;        ///< the camera: drafts only
+    bool is_learned_ = false;       ///< the prepass of this image
+    bool has_film_ = false;         ///< of this image
+    bool is_finished_ = false;      ///< the film has all samples
+    app::PartState finished_part_;  ///< then: which
+    bool is_other_image_ = true;    ///< than the one that was published last
+    int shown_reduction_ = 0;       ///< of this image; 0: nothing of it was published
+    int first_reduction_ = 8;       ///< of the first draft, by the time that the last one took
+    double rendered_s_ = 0;         ///< this image, up to the last interruption
+    double publish_s_ = 0;          ///< the last time
     Clock::time_point published_;
     Clock::time_point edited_;  ///< when this image began
 };
