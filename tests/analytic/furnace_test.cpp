@@ -85,7 +85,7 @@ TEST(Furnace, WhatADepthCutsOffIsForetold) {
                 if (!looks_for_lights)
                     options.estimator.light_sampling = integrator::LightSampling::Bsdf;
                 const RenderedLayers layers = render(closed_ball(albedo, 1.0f - albedo), options);
-                const std::optional<film::TruncatedLight> cut =
+                const std::optional<statistics::TruncatedLight> cut =
                     statistics::truncated_light(layers.film.sums(), max_depth);
                 ASSERT_TRUE(cut.has_value());
                 fmt::print("albedo {}, depth {}{}: {:.5f} (to {:.5f}) of {:.5f} is cut off\n",
