@@ -156,7 +156,7 @@ TEST(BadInput, UsageErrors) {
     for (const char* arguments :
          {"", "render", "render s.usda --res 0 0", "render s.usda --res 16 -4",
           "render s.usda --spp 0", "render s.usda --spp many", "render s.usda --samples 8:4",
-          "render s.usda --samples 0:4 --spp 8", "render s.usda --crop 0.5 0.5 0 1",
+          "render s.usda --samples 4:12 --spp 8", "render s.usda --crop 0.5 0.5 0 1",
           "render s.usda --layers bounce,nonsense", "render s.usda --frames 1-",
           "render s.usda --tile 0", "render s.usda --mode tile --time 10s",
           "render s.usda --nonsense", "render s.usda --replay 1,2",
