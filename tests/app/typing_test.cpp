@@ -66,6 +66,8 @@ TEST(Typing, NoCommandWritesOverWhatItReads) {
         rows.push_back({"--session", "--output", {command, "x", "--session", "IN", "-o", "IN"}});
         rows.push_back(
             {"--for-mix", "--stats", {command, "x", "--for-mix", "IN", "--stats", "IN"}});
+        rows.push_back(
+            {"--rates-from", "--output", {command, "x", "--rates-from", "IN", "-o", "IN"}});
     }
     expect_inputs_guarded(line, rows, testing::TempDir() + "app_inputs");
 }
