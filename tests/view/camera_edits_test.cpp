@@ -28,7 +28,13 @@ void expect_same_view(const scene::Camera& a, const scene::Camera& b) {
 
 TEST(CameraEdits, AreOpinionsOverTheCameraOfTheScene) {
     const test::Workplace w;
-    w.write("scene.usda", test::small_scene());
+    // Only a lens with an aperture has a focus
+    std::string scene = test::small_scene();
+    const std::string focal_length = "float focalLength = 20";
+    ASSERT_NE(scene.find(focal_length), std::string::npos);
+    scene.replace(scene.find(focal_length), focal_length.size(),
+                  focal_length + "\nfloat fStop = 2");
+    w.write("scene.usda", scene);
     const scene::Camera first = camera_of(w.path("scene.usda"));
     scene::Camera edited = orbit(first, Vec3d(0, -1, -4), {0, 1, 0}, 33, 12);
     edited.focus_distance = 3.5;
@@ -53,8 +59,13 @@ TEST(CameraEdits, AreOpinionsOverTheCameraOfTheScene) {
 TEST(CameraEdits, ASceneWithoutACameraGetsOne) {
     const test::Workplace w;
     w.write("scene.usda", R"(#usda 1.0
-def Sphere "Ball" { double radius = 2 }
-def DistantLight "Sun" {}
+def Sphere "Ball"
+{
+    double radius = 2
+}
+def DistantLight "Sun"
+{
+}
 )");
     const scene::Camera first = camera_of(w.path("scene.usda"));
     const scene::Camera edited = orbit(first, -first.world_position, {0, 1, 0}, 45, 0);
