@@ -84,7 +84,7 @@ std::string differences(const Json& a, const Json& b) {
     return text;
 }
 
-/// What the file says of its settings, and of its build, which their hash leaves out.
+/// What the file says of its settings, and of its build, which their hash does not cover.
 Json named_settings(const PartHeader& part) {
     if (!part.settings.is_object()) return {};
     Json settings = part.settings.value("settings", Json::object());

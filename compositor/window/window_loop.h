@@ -37,7 +37,7 @@ struct LoopHooks {
     std::function<bool(const KeyPress&, bool is_repeat)> press;
     /// Before the panels are drawn.
     std::function<void()> begin_frame;
-    /// The window closes although nobody closed it.
+    /// The window closes without a request of the user.
     std::function<bool()> is_over;
 };
 

@@ -286,7 +286,7 @@ int run_wait(const std::string& folder, bool is_quiet) {
     const auto job = farm::read_job(folder);
     if (!job) return fail(job.error());
     const StopSignals signals;
-    // Between two pieces a job looks like one that nobody runs
+    // Between two pieces no process holds a piece of the job
     for (int ended = 0; ended < 3;) {
         const auto status = farm::status_of(*job);
         if (!status) return fail(status.error());

@@ -31,7 +31,7 @@ void RenderProgress::finish(const film::Film& film,
     integrator::RenderState state;
     const bool is_stopped = result.reason == integrator::StopReason::Interrupted;
     state.fraction = is_stopped ? last_fraction_ : 1.0;
-    // Of what was stopped nobody knows when the rest comes
+    // When the rest of a stopped render comes is not known
     if (!is_stopped) state.left_s = 0.0;
     state.samples_per_pixel = noise.samples_mean;
     state.elapsed_s = result.seconds;

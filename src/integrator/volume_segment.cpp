@@ -150,8 +150,7 @@ void VolumeSegment::add_direct_light(Path& path,
             const float light_pdf = chosen.choice.pmf * light.pdf;
             const bool has_rival =
                 context_.options.estimator.light_sampling == LightSampling::Mis && !light.is_delta;
-            const float weight =
-                has_rival ? sampling::power_heuristic(light_pdf, phase_pdf) : 1.0f;
+            const float weight = has_rival ? sampling::power_heuristic(light_pdf, phase_pdf) : 1.0f;
             const Rgb Ld = path.beta * light.Le * (f * weight / light_pdf);
             if (!is_black(Ld)) direct_.deposit_visible(path, point, -path.ray.d, chosen, Ld, out);
         });

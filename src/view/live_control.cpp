@@ -91,7 +91,7 @@ LiveRequests LiveControl::take_requests() {
 
 void LiveControl::wait_for_request() {
     std::unique_lock lock(mutex_);
-    // Signals set a flag, and notify nobody
+    // Signals set a flag and wake no thread
     while (!interrupts_ && !app::StopSignals::stop_flag())
         asked_.wait_for(lock, std::chrono::milliseconds(100));
 }
@@ -99,7 +99,7 @@ void LiveControl::wait_for_request() {
 void LiveControl::publish(Result<RenewedLayers> layers) {
     {
         const std::lock_guard lock(mutex_);
-        // Another image that nobody has seen yet: what follows it is one as well
+        // Another image, not shown yet: what follows it is one as well
         if (layers && layers_ && *layers_ && (**layers_).is_other_image)
             layers->is_other_image = true;
         layers_ = std::move(layers);

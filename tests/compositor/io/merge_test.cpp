@@ -91,7 +91,8 @@ TEST(Merge, ReproducesTheSingleRenderBitForBit) {
 TEST(Merge, GoesOnFromAMergedFile) {
     const std::string ab = film::temporary_file("merge_ab.exr"),
                       abc = film::temporary_file("merge_abc.exr");
-    ASSERT_TRUE(merge({part("a", 0, 3), part("b", 3, 6)}, ab, {.keep_sums = true, .expected = {}}).has_value());
+    ASSERT_TRUE(merge({part("a", 0, 3), part("b", 3, 6)}, ab, {.keep_sums = true, .expected = {}})
+                    .has_value());
     const auto merged = merge({ab, part("c", 6, 11)}, abc);
     ASSERT_TRUE(merged.has_value()) << merged.error().message;
     EXPECT_EQ(merged->sha256, image::digest_of(*layers::read_layer_file(part("all", 0, 11))));
