@@ -70,7 +70,8 @@ StopSignals::StopSignals() {
 StopSignals::~StopSignals() {
     handle(SIGINT, SIG_DFL);
     handle(SIGTERM, SIG_DFL);
-    handle(SIGUSR1, SIG_DFL);
+    // A request that comes after the render does not end a process whose files are written
+    handle(SIGUSR1, SIG_IGN);
     handle(SIGXFSZ, SIG_DFL);
 }
 

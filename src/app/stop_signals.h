@@ -6,8 +6,8 @@
 namespace velatura::app {
 
 /// While it lives, SIGINT and SIGTERM ask for a stop and SIGUSR1 for an interim image; another
-/// SIGINT or SIGTERM, more than `repeat_ms` later, ends the process at once. One at a time per
-/// process.
+/// SIGINT or SIGTERM, more than `repeat_ms` later, ends the process at once. Afterwards SIGUSR1 is
+/// ignored, and the others end the process again. One at a time per process.
 class StopSignals {
   public:
     static constexpr int repeat_ms = 500;

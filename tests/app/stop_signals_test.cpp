@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <thread>
 
 namespace velatura::app {
@@ -20,6 +21,16 @@ TEST(StopSignals, RepeatsAtOnceAreOneRequest) {
     std::raise(SIGINT);
     EXPECT_TRUE(StopSignals::stop_flag());
     EXPECT_EQ(StopSignals::signal_number(), SIGTERM);
+}
+
+TEST(StopSignalsDeathTest, ARequestForAnImageAfterTheRenderEndsNothing) {
+    EXPECT_EXIT(
+        {
+            { const StopSignals signals; }
+            std::raise(SIGUSR1);
+            std::_Exit(0);
+        },
+        testing::ExitedWithCode(0), "");
 }
 
 TEST(StopSignalsDeathTest, ALaterOneEndsTheProcess) {
