@@ -8,6 +8,7 @@
 #include "base/frames.h"
 #include "base/package_path.h"
 #include "base/tasks.h"
+#include "farm/check.h"
 #include "farm/engine.h"
 #include "farm/job.h"
 #include "farm/local_engine.h"
@@ -445,6 +446,22 @@ int run_merge(const TaskArguments& a) {
     return code;
 }
 
+/// Checks this machine, and compares it with those that were checked before.
+int run_check(const std::string& folder) {
+    const auto job = farm::read_job(folder);
+    if (!job) return fail(job.error());
+    const auto own = farm::check_machine(*job, std::string(build_id()));
+    if (!own) return fail(own.error());
+    const auto checks = farm::read_checks(*job);
+    if (!checks) return fail(checks.error());
+    const std::vector<std::string> lines = farm::differing_machines(*job, *checks);
+    for (const std::string& line : lines) fmt::print(stderr, "error: {} [farm-machine]\n", line);
+    if (!lines.empty()) return RenderError;
+    fmt::print("{} ({}): {} machines checked, all alike\n", own->node, own->processor,
+               checks->size());
+    return Done;
+}
+
 void add_submit(Command farm, std::function<int()>& run) {
     Command command = farm.add_subcommand(
         "submit",
@@ -587,11 +604,16 @@ Command add_job_command(Command farm,
 
 void add_farm_command(Command& app, std::function<int()>& run) {
     Command farm = app.add_subcommand(
-        "farm", "Render on several machines: submit, status, wait, cancel, retry");
+        "farm", "Render on several machines: submit, check, status, wait, cancel, retry");
     farm.require_subcommand();
     add_submit(farm, run);
     add_status(farm, run);
     const auto a = std::make_shared<JobArguments>();
+    add_job_command(
+        farm, "check",
+        "Pre-flight: render a tiny piece of a job on this machine, and compare build, plugins and "
+        "files with the machines that were checked before",
+        [](const JobArguments& j) { return run_check(j.job); }, a, run);
     add_job_command(
         farm, "wait", "Wait for the end of a job; exit code 0 if every frame is written, else 1",
         [](const JobArguments& j) { return run_wait(j.job, j.is_quiet); }, a, run)

@@ -220,6 +220,36 @@ TEST_F(FarmCommand, PiecesCanRunInAnyOrder) {
     expect_words(none.output, {"no piece 3", "[farm-piece]"});
 }
 
+TEST_F(FarmCommand, ACheckFindsMachinesThatDiffer) {
+    w.write("ball.usda", "#usda 1.0\n");
+    w.write("s.usda", [] {
+        std::string scene = small_scene();
+        return scene.insert(scene.find("(\n") + 2, "    subLayers = [@ball.usda@]\n");
+    }());
+    ASSERT_EQ(submit("--dry-run").exit_code, 0);
+    const auto check_on = [&](const std::string& node) {
+        return w.velatura("--version > /dev/null; SLURMD_NODENAME=" + node + " '" +
+                          VELATURA_BIN_DIR + "/velatura' farm check j");
+    };
+    for (const char* node : {"a", "b"}) {
+        const CommandResult r = check_on(node);
+        EXPECT_EQ(r.exit_code, 0) << r.output;
+        expect_words(r.output, {node, "all alike"});
+    }
+    // The third machine sees another file
+    w.write("ball.usda", "#usda 1.0\ndef Sphere \"S\"\n{\n}\n");
+    const CommandResult other = check_on("c");
+    EXPECT_EQ(other.exit_code, 1) << other.output;
+    expect_words(other.output, {"error: c: files of the scene", "[farm-machine]"});
+    EXPECT_EQ(other.output.find("error: a"), std::string::npos) << other.output;
+    // The fourth sees none
+    std::filesystem::remove(w.path("ball.usda"));
+    const CommandResult none = check_on("d");
+    EXPECT_EQ(none.exit_code, 1);
+    expect_words(none.output, {"error: d: exit code 1", "ball.usda"});
+    EXPECT_FALSE(w.exists("out.exr"));
+}
+
 TEST_F(FarmCommand, RefusesWhatPiecesCannotDo) {
     for (const char* more :
          {"--samples 0:4", "--resume", "--time 5s", "--target-error 1%", "--deep", "--replay 1,1,1",
