@@ -28,17 +28,10 @@ struct ImageMouse {
     bool is_alt = false, is_ctrl = false, is_shift = false;
 };
 
-/// The image on the screen.
-struct ImagePlace {
-    std::array<float, 2> origin = {0, 0};  ///< its top left corner [px of the screen]
-    double scale = 1;                      ///< pixels of the screen per pixel of the image
-};
-
 /// What the owner of a render adds to the window; each can be empty.
 struct LiveHooks {
-    std::function<void(Marks&)> draw_tools;                        ///< first in the toolbar
-    std::function<bool(const ImageMouse&)> take_mouse;             ///< true: neither zoom nor pan
-    std::function<void(const ImagePlace&, Marks&)> draw_on_image;  ///< clipped to the image's panel
+    std::function<void(Marks&)> draw_tools;             ///< first in the toolbar
+    std::function<bool(const ImageMouse&)> take_mouse;  ///< true: neither zoom nor pan
 };
 
 /// What all panels draw with.

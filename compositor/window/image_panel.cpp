@@ -419,8 +419,6 @@ void draw_image(Drawing& drawing) {
     } else {
         draw_look(drawing, session.active(), place, place.origin.x, place.end.x);
     }
-    if (drawing.live.draw_on_image)
-        drawing.live.draw_on_image({{place.origin.x, place.origin.y}, place.scale}, drawing.marks);
     draw_stale(drawing, {std::max(place.origin.x, low.x), std::max(place.origin.y, low.y)});
     draw_mode(drawing, {std::max(place.origin.x, low.x), std::max(place.origin.y, low.y)},
               {std::min(place.end.x, high.x), std::min(place.end.y, high.y)});

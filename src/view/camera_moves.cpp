@@ -109,10 +109,4 @@ scene::Camera frame(const scene::Camera& camera, const Box3d& box) {
     return moved(camera, translation(middle - distance * forward - position_of(camera)));
 }
 
-scene::Camera focus(const scene::Camera& camera, double distance) {
-    scene::Camera focused = camera;
-    if (distance > 0) focused.focus_distance = distance;
-    return focused;
-}
-
 }  // namespace velatura::view

@@ -34,7 +34,4 @@ scene::Camera dolly(const scene::Camera& camera, const Vec3d& pivot, double fact
 /// In the same direction, with the box as large as the image allows. An empty box: the same camera.
 scene::Camera frame(const scene::Camera& camera, const Box3d& box);
 
-/// Focused at that distance along its view [scene units], and as wide open as it was.
-scene::Camera focus(const scene::Camera& camera, double distance);
-
 }  // namespace velatura::view
