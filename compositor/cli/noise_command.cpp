@@ -7,6 +7,7 @@
 #include "compositor/io/image_name.h"
 #include "compositor/io/layer_stack.h"
 #include "compositor/noise/error_map.h"
+#include "compositor/noise/noise_json.h"
 #include "layers/layer_file.h"
 
 #include <fmt/format.h>
@@ -44,16 +45,6 @@ std::string text_of(const noise::ControlCap& cap) {
                : fmt::format("Or {}={:.2g} in place of {}.", option, *cap.max, cap.control.value);
 }
 
-/// Per pixel, in the mean.
-double mean_samples(const LayerStack& stack) {
-    const layers::SampleInfo& s = stack.header().samples;
-    const image::Channel* counts = stack.image().find("sampleCount");
-    if (!counts || counts->size() == 0) return double(s.end - s.first);
-    double sum = 0;
-    image::for_each_value(*counts, [&](size_t, float n) { sum += double(n); });
-    return sum / double(counts->size());
-}
-
 void print_text(const noise::NoiseForecast& f,
                 double samples,
                 std::optional<double> seconds,
@@ -74,49 +65,6 @@ void print_text(const noise::NoiseForecast& f,
         for (const noise::ControlCap& cap : a.caps) fmt::print("{}\n", text_of(cap));
     }
     fmt::print("{}", shares_text(f));
-}
-
-nlohmann::ordered_json json_of(const statistics::RelativeError& error) {
-    return {{"value", error.value},
-            {"low", error.low},
-            {"high", error.high},
-            {"isLower", error.is_lower}};
-}
-
-nlohmann::ordered_json json_of(const std::vector<noise::RowNoise>& rows) {
-    auto j = nlohmann::ordered_json::array();
-    for (const noise::RowNoise& row : rows) j.push_back({{"name", row.name}, {"share", row.share}});
-    return j;
-}
-
-void print_json(const noise::NoiseForecast& f,
-                double samples,
-                std::optional<double> seconds,
-                std::optional<int> frame) {
-    nlohmann::ordered_json j;
-    j["schema"] = "velatura.noise/1";
-    if (frame) j["frame"] = *frame;
-    j["rendered"] = json_of(f.rendered);
-    j["mix"] = json_of(f.mix);
-    j["storage"] = f.error.storage;
-    const noise::NoiseAdvice& a = f.advice;
-    auto& advice = j["advice"];
-    advice["target"] = a.target;
-    advice["sampleFactor"] = a.sample_factor;
-    advice["samples"] = std::ceil(a.sample_factor * samples);
-    if (seconds) advice["seconds"] = a.sample_factor * *seconds;
-    advice["caps"] = nlohmann::ordered_json::array();
-    for (const noise::ControlCap& cap : a.caps) {
-        const bool is_gain = cap.control.kind == Control::Kind::Gain;
-        advice["caps"].push_back(
-            {{"do", is_gain ? "gain" : "shadow"},
-             {"name", cap.control.target},
-             {"most", cap.max ? nlohmann::ordered_json(*cap.max) : nlohmann::ordered_json()}});
-    }
-    j["groups"] = json_of(f.groups);
-    j["bounces"] = json_of(f.bounces);
-    j["shadows"] = json_of(f.shadows);
-    fmt::print("{}\n", j.dump(2));
 }
 
 Result<void> write_map(const std::string& path,
@@ -151,7 +99,11 @@ int noise_one(const NoiseOptions& o, std::optional<int> frame) {
         if (const auto written = write_map(o.output, *stack, *forecast); !written)
             return report(written.error());
     }
-    (o.json ? print_json : print_text)(*forecast, mean_samples(*stack), seconds, frame);
+    const double samples = noise::mean_samples(*stack);
+    if (o.json)
+        fmt::print("{}\n", noise::noise_json(*forecast, samples, seconds, frame).dump(2));
+    else
+        print_text(*forecast, samples, seconds, frame);
     if (!o.json && is_display_image(o.output))
         fmt::print("{}: black {} or less, orange {}, white {} or more, on a log scale\n", o.output,
                    percent(forecast->mix.value / 16), percent(forecast->mix.value),

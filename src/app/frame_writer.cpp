@@ -109,9 +109,19 @@ layers::FileInfo FrameWriter::file_info(const statistics::ErrorCurve& curve,
     return info;
 }
 
-Result<layers::WriteReport> FrameWriter::write_once(
-    const statistics::ErrorCurve& curve, const std::vector<scene::Effect>& broken) const {
-    return renderer_.film().write(input_.output, file_info(curve, broken));
+Result<layers::WriteReport> FrameWriter::write_to(const std::string& path,
+                                                  const statistics::ErrorCurve& curve,
+                                                  const std::vector<scene::Effect>& broken) const {
+    return renderer_.film().write(path, file_info(curve, broken));
+}
+
+Result<layers::LayerImage> FrameWriter::image(const statistics::ErrorCurve& curve,
+                                              const std::vector<scene::Effect>& broken) const {
+    layers::FileInfo info = file_info(curve, broken);
+    info.layout = layers::Layout::MultiPart;
+    info.store_sums = false;
+    info.bad_samples = renderer_.film().bad_samples();
+    return layers::make_layer_image(renderer_.film().sums(), info);
 }
 
 Result<layers::WriteReport> FrameWriter::write(const statistics::ErrorCurve& curve,
@@ -120,7 +130,7 @@ Result<layers::WriteReport> FrameWriter::write(const statistics::ErrorCurve& cur
     if (!memory_.has_plenty_to_write()) image::use_one_exr_thread();
     MemoryLimit::enforce(writing);
     try {
-        Result<layers::WriteReport> written = write_once(curve, broken);
+        Result<layers::WriteReport> written = write_to(input_.output, curve, broken);
         // OpenEXR's threads leave rows out that they have no memory for
         if (written || !MemoryLimit::is_set() || written.error().code != "verify-failed")
             return written;
@@ -129,7 +139,7 @@ Result<layers::WriteReport> FrameWriter::write(const statistics::ErrorCurve& cur
     }
     memory_.make_room();
     MemoryLimit::enforce(writing);
-    return write_once(curve, broken);
+    return write_to(input_.output, curve, broken);
 }
 
 Result<layers::WriteReport> FrameWriter::write_interim(const statistics::ErrorCurve& curve) {

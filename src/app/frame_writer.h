@@ -7,6 +7,7 @@
 #include "base/diagnostics.h"
 #include "film/film.h"
 #include "integrator/schedule.h"
+#include "layers/layer_image.h"
 #include "render/renderer.h"
 #include "statistics/error_curve.h"
 
@@ -35,6 +36,16 @@ class FrameWriter {
     Result<layers::WriteReport> write(const statistics::ErrorCurve& curve,
                                       const std::vector<scene::Effect>& broken);
 
+    /// The frame's file under another name.
+    Result<layers::WriteReport> write_to(const std::string& path,
+                                         const statistics::ErrorCurve& curve,
+                                         const std::vector<scene::Effect>& broken) const;
+
+    /// What the frame's file holds, without sums and in several parts. Errors: those of
+    /// layers::make_layer_image.
+    Result<layers::LayerImage> image(const statistics::ErrorCurve& curve,
+                                     const std::vector<scene::Effect>& broken) const;
+
     /// What is there so far; warns where that cannot be written.
     void write_snapshot(const statistics::ErrorCurve& curve, Diagnostics& diagnostics);
 
@@ -58,8 +69,6 @@ class FrameWriter {
   private:
     layers::FileInfo file_info(const statistics::ErrorCurve& curve,
                                const std::vector<scene::Effect>& broken) const;
-    Result<layers::WriteReport> write_once(const statistics::ErrorCurve& curve,
-                                           const std::vector<scene::Effect>& broken) const;
     /// One that there is no memory for is left out: code "memory-limit".
     Result<layers::WriteReport> write_interim(const statistics::ErrorCurve& curve);
     /// Returns: where it is, as part of a message.

@@ -156,30 +156,82 @@ std::vector<layers::LightValues> light_values(const LoadedStage& loaded,
     return out;
 }
 
-int prepare_one(const RenderJob& job,
-                const LoadedStage& loaded,
-                double frame,
-                bool has_many,
-                const FrameFunction& use,
-                Diagnostics& diagnostics) {
+/// Of what prepare_frame() says.
+int exit_code_of(const Error& error) {
+    return error.code == "lpe" ? UsageError : RenderError;
+}
+
+int prepare_all(const RenderArguments& arguments, const FrameFunction& use) {
+    if (arguments.progress == "openjd") keep_failures();
+    Result<RenderJob> job = make_render_job(arguments);
+    if (!job) return fail(job.error(), UsageError);
+    const Result<std::vector<double>> asked = frames_of(arguments);
+    if (!asked) return fail(asked.error(), UsageError);
+
+    const ThreadLimit threads(arguments.threads);
+    if (MemoryLimit::is_set()) {
+        const MemoryLimit::Suspension for_their_stacks;
+        start_threads();
+    }
+    const StopSignals signals;
+    Diagnostics diagnostics;
+    print_diagnostics(diagnostics, arguments.quiet, arguments.verbosity > 0);
+    const auto accelerator = render::find_accelerator(arguments.accel, diagnostics);
+    if (!accelerator) return RenderError;
+    job->settings.world.accelerator = *accelerator;
+    MemoryLimit::enforce("while reading the scene");
+    const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics, arguments.assets);
+    if (!loaded)
+        return fail(loaded.error(), loaded.error().code == "usage" ? UsageError : RenderError);
+    translate::report_authored_names(loaded->stage, diagnostics);
+    // As usdrecord does: the start of the stage, which is time 0 where none is authored
+    const std::vector<double> frames =
+        asked->empty() ? std::vector<double>{loaded->stage.start_time_code()} : *asked;
+
+    int worst = Done;
+    for (const double frame : frames) {
+        const Result<PreparedFrame> ready =
+            prepare_frame(*job, *loaded, frame, frames.size() > 1, diagnostics);
+        const int code = ready ? use(*job, ready->input, diagnostics)
+                               : fail(ready.error(), exit_code_of(ready.error()));
+        if (code == UsageError || code >= SignalBase) return code;
+        worst = worse_exit_code(worst, code);
+    }
+    return worst;
+}
+
+}  // namespace
+
+Result<std::vector<double>> frames_of(const RenderArguments& arguments) {
+    if (arguments.frames.empty()) return std::vector<double>();
+    if (arguments.frames == "default")
+        return std::vector<double>{usd::stage::TimeCode::default_time().value()};
+    Result<std::vector<double>> parsed = parse_frames(arguments.frames);
+    if (!parsed) return Error{parsed.error().code, "--frames: " + parsed.error().message};
+    return parsed;
+}
+
+Result<PreparedFrame> prepare_frame(const RenderJob& job,
+                                    const LoadedStage& loaded,
+                                    double frame,
+                                    bool has_many,
+                                    Diagnostics& diagnostics) {
     MemoryLimit::enforce("while translating the scene");
     const auto start = std::chrono::steady_clock::now();
-    Result<scene::Scene> scene =
+    Result<scene::Scene> translated =
         translate::translate_stage(loaded.stage, translate_options(job, frame), diagnostics);
-    if (!scene) return fail(scene.error(), RenderError);
+    if (!translated) return translated.error();
     // main() says which
     if (!truncated_files().empty())
-        return fail(
-            {"file-lost",
-             "files of the scene changed while they were read; nothing is rendered; render again"},
-            RenderError);
+        return Error{
+            "file-lost",
+            "files of the scene changed while they were read; nothing is rendered; render again"};
+    auto scene = std::make_unique<scene::Scene>(std::move(*translated));
     check_products(scene->settings, diagnostics);
-    if (const Result<void> ok = check_render_vars(job, *scene, diagnostics); !ok)
-        return fail(ok.error(), UsageError);
+    if (const Result<void> ok = check_render_vars(job, *scene, diagnostics); !ok) return ok.error();
     if (const size_t errors = diagnostics.error_count(); job.arguments.strict && errors > 0)
-        return fail(
-            {"strict", format_count(errors, "error") + " in the scene; --strict renders nothing"},
-            RenderError);
+        return Error{"strict",
+                     format_count(errors, "error") + " in the scene; --strict renders nothing"};
     MemoryLimit::enforce("while reading volume grids");
     read_volumes(job, *scene, diagnostics);
     render::Settings settings = job.settings;
@@ -199,52 +251,8 @@ int prepare_one(const RenderJob& job,
     input.translate_s =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     MemoryLimit::enforce("while building the acceleration structures");
-    return use(job, input, diagnostics);
+    return PreparedFrame{std::move(scene), std::move(input)};
 }
-
-int prepare_all(const RenderArguments& arguments, const FrameFunction& use) {
-    if (arguments.progress == "openjd") keep_failures();
-    Result<RenderJob> job = make_render_job(arguments);
-    if (!job) return fail(job.error(), UsageError);
-    std::vector<double> frames;
-    if (arguments.frames == "default") {
-        frames = {usd::stage::TimeCode::default_time().value()};
-    } else if (!arguments.frames.empty()) {
-        const auto parsed = parse_frames(arguments.frames);
-        if (!parsed)
-            return fail({parsed.error().code, "--frames: " + parsed.error().message}, UsageError);
-        frames = *parsed;
-    }
-
-    const ThreadLimit threads(arguments.threads);
-    if (MemoryLimit::is_set()) {
-        const MemoryLimit::Suspension for_their_stacks;
-        start_threads();
-    }
-    const StopSignals signals;
-    Diagnostics diagnostics;
-    print_diagnostics(diagnostics, arguments.quiet, arguments.verbosity > 0);
-    const auto accelerator = render::find_accelerator(arguments.accel, diagnostics);
-    if (!accelerator) return RenderError;
-    job->settings.world.accelerator = *accelerator;
-    MemoryLimit::enforce("while reading the scene");
-    const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics, arguments.assets);
-    if (!loaded)
-        return fail(loaded.error(), loaded.error().code == "usage" ? UsageError : RenderError);
-    translate::report_authored_names(loaded->stage, diagnostics);
-    // As usdrecord does: the start of the stage, which is time 0 where none is authored
-    if (frames.empty()) frames = {loaded->stage.start_time_code()};
-
-    int worst = Done;
-    for (const double frame : frames) {
-        const int code = prepare_one(*job, *loaded, frame, frames.size() > 1, use, diagnostics);
-        if (code == UsageError || code >= SignalBase) return code;
-        worst = worse_exit_code(worst, code);
-    }
-    return worst;
-}
-
-}  // namespace
 
 int for_each_frame(const RenderArguments& arguments, const FrameFunction& use) {
     return run_in_memory(arguments.memory_limit, [&] { return prepare_all(arguments, use); });

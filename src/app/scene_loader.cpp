@@ -82,10 +82,17 @@ Result<LoadedStage> load_stage(const std::string& path,
                                Diagnostics& diagnostics,
                                const AssetOptions& assets,
                                bool reads_materialx) {
+    apply_asset_roots(path, assets);
+    return compose_stage(path, diagnostics, assets, reads_materialx);
+}
+
+Result<LoadedStage> compose_stage(const std::string& path,
+                                  Diagnostics& diagnostics,
+                                  const AssetOptions& assets,
+                                  bool reads_materialx) {
     const auto start = std::chrono::steady_clock::now();
     usd::stage::StageOptions options;
     options.compose.search_paths = assets.search_paths;
-    apply_asset_roots(path, assets);
     options.compose.max_prims = limits().prims;
     options.compose.max_nodes_per_spec = limits().prims_per_spec;
     options.compose.max_layers = limits().layers;

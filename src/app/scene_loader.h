@@ -30,8 +30,14 @@ struct LoadedStage {
 void add_materialx_option(Command& command, bool& reads_materialx);
 
 /// Opens and composes. Assets are looked for in the search paths, then in
-/// $PXR_AR_DEFAULT_SEARCH_PATH, and read where apply_asset_roots says. Errors: those of
-/// Stage::open.
+/// $PXR_AR_DEFAULT_SEARCH_PATH, and read where the asset roots of the process allow it. Errors:
+/// those of Stage::open, "usage" (wrong overrides).
+Result<LoadedStage> compose_stage(const std::string& path,
+                                  Diagnostics& diagnostics,
+                                  const AssetOptions& assets = {},
+                                  bool reads_materialx = true);
+
+/// apply_asset_roots(), then compose_stage().
 Result<LoadedStage> load_stage(const std::string& path,
                                Diagnostics& diagnostics,
                                const AssetOptions& assets = {},

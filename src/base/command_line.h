@@ -97,6 +97,14 @@ struct DeclaredOption {
     bool reads = false, writes = false;
 };
 
+/// An option of a command without subcommands: for callers that write command lines.
+struct OptionShape {
+    std::string name;  ///< the long name, without dashes
+    bool is_flag = false;
+    bool is_repeatable = false;  ///< the values of all occurrences count
+    int values = 1;              ///< of an occurrence, at least
+};
+
 /// An occurrence of an option on the command line.
 struct TypedOption {
     std::string name;   ///< the long name with its dashes if there is one, e.g. "--gain"
@@ -183,6 +191,10 @@ class CommandLine : public Command {
 
     /// Of all commands, without flags.
     std::vector<DeclaredOption> declared_options() const;
+
+    /// Options and flags of the program itself and of its groups that have a long name, in the
+    /// order of the help, without hidden ones and those that are declared everywhere.
+    std::vector<OptionShape> option_shapes() const;
 
     /// As it stands in the usage line.
     std::string name() const;

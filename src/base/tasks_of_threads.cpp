@@ -4,6 +4,7 @@
 // race. Threads are made for each loop, and loops within loops run on the thread that meets them;
 // tests of this file are those of tasks.h.
 #include "base/tasks.h"
+#include "base/thread_scope.h"
 
 #include <algorithm>
 #include <atomic>
@@ -21,6 +22,8 @@ std::atomic<int>& limit() {
     return threads;
 }
 
+/// Of a ThreadScope; 0: none.
+thread_local int limit_of_thread = 0;
 thread_local bool is_within_loop = false;
 
 int core_count() {
@@ -72,8 +75,19 @@ ThreadLimit::~ThreadLimit() {
     delete outer;
 }
 
+ThreadScope::ThreadScope(int threads) {
+    control_ = new int(limit_of_thread);
+    limit_of_thread = threads > 0 ? threads : core_count();
+}
+
+ThreadScope::~ThreadScope() {
+    int* const outer = static_cast<int*>(control_);
+    limit_of_thread = *outer;
+    delete outer;
+}
+
 int thread_count() {
-    const int threads = limit();
+    const int threads = limit_of_thread > 0 ? limit_of_thread : limit().load();
     return threads > 0 ? threads : core_count();
 }
 

@@ -59,7 +59,7 @@ set(velatura_set_of_base_process standard)
 foreach(tier base canvas sampling guiding plugin)
   set(velatura_set_of_${tier} base)
 endforeach()
-foreach(tier image accumulate statistics layers import study farm app view compositor_io compositor_look compositor_mix
+foreach(tier image accumulate statistics layers import study farm app python view compositor_io compositor_look compositor_mix
         compositor_denoise compositor_noise compositor_bake compositor_exports compositor_inspect compositor_window)
   set(velatura_set_of_${tier} json)
 endforeach()

@@ -10,6 +10,7 @@
 #include "layers/cryptomatte_layers.h"
 #include "layers/layer_check.h"
 #include "layers/layer_header.h"
+#include "layers/layer_image.h"
 #include "layers/resolve.h"
 #include "layers/strip_reader.h"
 #include "layers/sums_part.h"
@@ -229,19 +230,17 @@ Result<void> write_image_file(const std::string& path,
     });
 }
 
-Result<WriteReport> write_layer_file(const std::string& path,
-                                     const accumulate::SampleSums& sums,
-                                     const FileInfo& info) {
-    if (!has_samples(sums))
-        return Error{"no-samples", fmt::format("nothing to write to {}: no samples", path)};
+Result<LayerImage> make_layer_image(const accumulate::SampleSums& sums,
+                                    const FileInfo& info,
+                                    bool is_verified) {
+    if (!has_samples(sums)) return Error{"no-samples", "no samples"};
     ResolvedLayers resolved = resolve_layers(sums);
-    if (!resolved.first_failure.empty()) {
-        return Error{"closure-failed",
-                     fmt::format("{} was not written: {}", path, resolved.first_failure)};
-    }
+    if (!resolved.first_failure.empty()) return Error{"closure-failed", resolved.first_failure};
     add_cryptomattes(sums, info.matte_names, resolved);
-    set_digests(resolved);
-    image::Image& image = resolved.image;
+    if (is_verified) set_digests(resolved);
+    LayerImage made;
+    made.image = std::move(resolved.image);
+    image::Image& image = made.image;
     if (info.store_sums) {
         auto part = sums_part(sums);
         if (!part) return part.error();
@@ -254,16 +253,14 @@ Result<WriteReport> write_layer_file(const std::string& path,
     }
     write_layer_header(image, resolved, sums.layer_set(), sample_info(sums, info), info);
 
+    if (!is_verified) return made;
     // Run the same check that `velatura-comp verify` runs on the file
     const auto header = read_layer_header(image);
     if (!header) return Error{"verify-failed", header.error().message};
     const LayerCheck check = check_layers(image, *header);
-    if (!check.is_good()) {
-        return Error{"closure-failed",
-                     fmt::format("{} was not written: {}", path, check.problems[0])};
-    }
+    if (!check.is_good()) return Error{"closure-failed", check.problems[0]};
 
-    WriteReport report;
+    WriteReport& report = made.report;
     report.sha256 = image::digest_of(image);
     report.layers = check.layers;
     report.channels = check.channels;
@@ -274,16 +271,32 @@ Result<WriteReport> write_layer_file(const std::string& path,
         report.closure_measured = std::max(report.closure_measured, c.measured);
         report.closure_absolute = std::max(report.closure_absolute, c.measured_absolute);
     }
+    return made;
+}
+
+Result<WriteReport> write_layer_file(const std::string& path,
+                                     const accumulate::SampleSums& sums,
+                                     const FileInfo& info) {
+    Result<LayerImage> made = make_layer_image(sums, info);
+    if (!made) {
+        Error error = made.error();
+        if (error.code == "no-samples")
+            error.message = fmt::format("nothing to write to {}: no samples", path);
+        else if (error.code == "closure-failed")
+            error.message = fmt::format("{} was not written: {}", path, error.message);
+        return error;
+    }
+    WriteReport& report = made->report;
     if (info.layout == Layout::Split) {
-        auto files = write_split(path, std::move(image), info.compression);
+        auto files = write_split(path, std::move(made->image), info.compression);
         if (!files) return files.error();
         report.files = std::move(*files);
     } else {
-        if (auto written = write_image_file(path, image, info.compression); !written)
+        if (auto written = write_image_file(path, made->image, info.compression); !written)
             return written.error();
         report.files.push_back(path);
     }
-    return report;
+    return std::move(report);
 }
 
 Result<image::Image> read_sums_image(const std::string& path) {

@@ -49,6 +49,11 @@ void* open_library(const std::string& path, size_t bytes) {
     return ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
 }
 
+std::string& program_root() {
+    static std::string folder;
+    return folder;
+}
+
 struct UnavailablePlugins {
     std::mutex mutex;
     std::map<std::string, Error> by_name;
@@ -114,9 +119,9 @@ std::vector<PluginFolder> plugin_folders() {
         rest.remove_prefix(std::min(colon + 1, rest.size()));
     }
     std::error_code error;
-    const fs::path program = fs::read_symlink("/proc/self/exe", error);
+    fs::path root = program_root();
+    if (root.empty()) root = fs::read_symlink("/proc/self/exe", error).parent_path().parent_path();
     if (!error) {
-        const fs::path root = program.parent_path().parent_path();
         folders.push_back({(root / "plugins").string()});
         folders.push_back({(root / VELATURA_PLUGIN_DIR).string()});
     }
@@ -124,6 +129,10 @@ std::vector<PluginFolder> plugin_folders() {
     if (folders.empty() || folders.back().path != VELATURA_INSTALLED_PLUGINS)
         folders.push_back({VELATURA_INSTALLED_PLUGINS});
     return folders;
+}
+
+void set_program_root(const std::string& folder) {
+    program_root() = folder;
 }
 
 Registry::Registry(const std::vector<PluginFolder>& folders, Diagnostics& diagnostics) {

@@ -19,9 +19,13 @@ struct PluginFolder {
 };
 
 /// Search path, first match wins: the folders of $VELATURA_PLUGIN_PATH (separated by `:`), then,
-/// relative to the program's own folder, ../plugins (build tree) and ../lib/velatura/plugins
+/// below the folder above the program's own, plugins (build tree) and lib/velatura/plugins
 /// (installed tree, wherever it was moved to), then that of the configured install prefix.
 std::vector<PluginFolder> plugin_folders();
+
+/// For a library in the process of another program: the folder that stands for the one above the
+/// program's own. Before the first plugin is searched.
+void set_program_root(const std::string& folder);
 
 /// The plugins that are known. Knowing one loads none.
 class Registry {

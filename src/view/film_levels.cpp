@@ -14,9 +14,9 @@ Result<std::shared_ptr<const Levels>> film_levels(const film::Film& film,
                                                   const film::FileInfo& info,
                                                   int reduction,
                                                   const image::Window& frame) {
-    auto image = layers::make_layer_image(film.sums(), info);
+    auto image = layers::make_layer_image(film.sums(), info, false);
     if (!image) return image.error();
-    auto stack = LayerStack::from_image(std::move(*image));
+    auto stack = LayerStack::from_image(std::move(image->image));
     if (!stack) return stack.error();
     auto levels = Levels::make_draft(std::make_shared<const LayerStack>(std::move(*stack)),
                                      reduction, frame.width(), frame.height());

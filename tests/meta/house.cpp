@@ -77,6 +77,9 @@ const std::map<std::string, std::set<std::string>>& tier_table() {
                       "render", "selftest", "study", "farm", "base/process"})},
         {"view", with({"app", "integrator", "render", "base/process", "compositor/io",
                        "compositor/look", "compositor/window"})},
+        {"python",
+         with({"app", "plugin", "render", "translate", "integrator", "usd/layer", "usd/stage",
+               "compositor/io", "compositor/look", "compositor/mix", "compositor/noise"})},
         {"compositor/io", room_of_compositor({})},
         {"compositor/look", room_of_compositor({"io"})},
         {"compositor/mix", room_of_compositor({"io", "look"})},
@@ -112,7 +115,8 @@ const std::vector<Library>& library_table() {
         {"lz4", {"src/usd/crate/"}},
         {"expat.h", {"src/usd/materialx/"}},
         {"zlib.h", {"compositor/exports/"}},
-        {"CLI/", {"src/base/command_line.cpp", "src/base/help_page.cpp"}},
+        {"CLI/",
+         {"src/base/command_line.cpp", "src/base/help_page.cpp", "src/base/usage_problem.cpp"}},
         {"assimp/", {"src/import/"}},
         {"imgui.h", {"compositor/window/", "src/view/"}},
         {"backends/imgui_impl_", {"compositor/window/"}},
@@ -122,6 +126,7 @@ const std::vector<Library>& library_table() {
         {"nanovdb/", {"plugins/volume/"}},
         {"embree3/", {"plugins/embree/"}},
         {"stb/", {"src/canvas/", "src/study/"}},
+        {"pybind11/", {"src/python/"}},
     };
     return table;
 }
