@@ -8,15 +8,18 @@
 #include "base/frames.h"
 #include "base/package_path.h"
 #include "base/tasks.h"
+#include "farm/check.h"
 #include "farm/engine.h"
 #include "farm/job.h"
 #include "farm/local_engine.h"
 #include "farm/merge_job.h"
 #include "farm/process.h"
+#include "farm/rounds.h"
 #include "farm/run_piece.h"
 #include "farm/status.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -54,17 +57,17 @@ int fail(const Error& error, int code = RenderError) {
 
 /// Options of a render that pieces have no use for, or whose files do not merge.
 constexpr std::array refused_options = {
-    "--samples",      "--resumable",    "--resume",   "--for-mix",        "--snapshot",
-    "--time",         "--target-error", "--forecast", "--require-target", "--deep",
-    "--deep-samples", "--crop",         "--replay",   "--stats"};
+    "--samples",      "--resumable",  "--resume",   "--for-mix",        "--snapshot",
+    "--time",         "--rates-from", "--forecast", "--require-target", "--deep",
+    "--deep-samples", "--crop",       "--replay",   "--stats"};
 
 /// Options that a job stores in another form.
 constexpr std::array own_options = {
-    "--output",          "--frames",  "--spp",       "--checkpoint", "--progress",
-    "--quiet",           "--verbose", "--engine",    "--job",        "--name",
-    "--program",         "--pieces",  "--retries",   "--slots",      "--dry-run",
-    "--overwrite-input", "--account", "--partition", "--constraint", "--sbatch",
-    "--chunk",           "--show",    "--shot",      "--facility"};
+    "--output",       "--frames",          "--spp",     "--checkpoint", "--progress",
+    "--target-error", "--quiet",           "--verbose", "--engine",     "--job",
+    "--name",         "--program",         "--pieces",  "--retries",    "--slots",
+    "--dry-run",      "--overwrite-input", "--account", "--partition",  "--constraint",
+    "--sbatch",       "--chunk",           "--show",    "--shot",       "--facility"};
 
 /// The options of the engine, each of which belongs to one. Errors: "usage".
 Result<std::vector<std::string>> engine_options(const SubmitArguments& a, farm::Engine engine) {
@@ -132,8 +135,9 @@ Result<std::vector<std::string>> frames_of(const RenderArguments& a) {
     return frames;
 }
 
-Result<uint64_t> piece_count(const SubmitArguments& a, uint64_t spp, size_t frames) {
-    if (a.pieces == "auto") return farm::default_pieces(spp, frames);
+/// Of --pieces; 0: auto.
+Result<uint64_t> piece_count(const SubmitArguments& a, uint64_t spp) {
+    if (a.pieces == "auto") return 0;
     const auto refuse = [&] {
         return Error{
             "usage",
@@ -191,14 +195,28 @@ Result<farm::Job> make_job(const SubmitArguments& a, const Command& command) {
     }
     for (const std::string& frame : job.frames)
         job.outputs.push_back(output_of(a.render.output, frame, job.frames.size() > 1));
-    const uint64_t spp = a.render.spp.value_or(default_spp);
-    const auto count = piece_count(a, spp, job.frames.size());
-    if (!count) return count.error();
+    const integrator::RenderOptions& schedule = checked->settings.schedule;
+    uint64_t spp = a.render.spp.value_or(default_spp);
+    job.target_error = schedule.target_error;
+    if (job.target_error > 0) {
+        if (job.engine != farm::Engine::Local && job.engine != farm::Engine::Slurm)
+            return Error{"usage", fmt::format("--target-error needs --engine local or slurm: the "
+                                              "tasks of {} cannot be added to",
+                                              farm::name_of(job.engine))};
+        job.max_spp = schedule.end_sample;
+        spp = std::min<uint64_t>(job.max_spp, default_spp);
+    }
+    const auto ranges = piece_count(a, spp);
+    if (!ranges) return ranges.error();
+    job.ranges = *ranges;
+    const uint64_t count =
+        job.ranges > 0 ? job.ranges : farm::default_pieces(spp, job.frames.size());
     for (size_t frame = 0; frame < job.frames.size(); ++frame)
-        for (farm::Piece piece : farm::split_samples(spp, *count)) {
+        for (farm::Piece piece : farm::split_samples(0, spp, count)) {
             piece.frame = frame;
             job.pieces.push_back(piece);
         }
+    job.first_pieces = job.pieces.size();
     return job;
 }
 
@@ -209,6 +227,31 @@ farm::RunOptions run_options() {
     return options;
 }
 
+/// Frames whose error is above the target though they have all samples of --spp.
+void warn_of_targets(const farm::Job& job, const farm::JobStatus& status) {
+    if (job.target_error <= 0) return;
+    for (size_t frame = 0; frame < job.frames.size(); ++frame) {
+        const std::optional<farm::ErrorAt>& e = status.errors[frame];
+        if (e && e->error > job.target_error)
+            fmt::print(stderr,
+                       "warning: {}: error {:.3g} %, target {:.3g} %, at the limit of {} samples "
+                       "per pixel; raise --spp [budget]\n",
+                       job.outputs[frame], 100 * e->error, 100 * job.target_error, e->spp);
+        else if (!e)
+            fmt::print(stderr, "warning: {}: its error is not known [budget]\n",
+                       job.outputs[frame]);
+    }
+}
+
+/// About a round that begins.
+std::string round_text(const farm::Job& job, const std::vector<size_t>& pieces) {
+    const farm::Piece& last = job.pieces[pieces.back()];
+    return fmt::format(
+        "another round for an error of {:.3g} %: {} pieces, up to {} samples per "
+        "pixel",
+        100 * job.target_error, pieces.size(), last.end);
+}
+
 /// Of a job that ended, or was left: prints what lacks.
 int end_of(const farm::Job& job, bool is_quiet) {
     const auto status = farm::status_of(job);
@@ -216,12 +259,19 @@ int end_of(const farm::Job& job, bool is_quiet) {
     if (status->state == farm::JobState::Complete) {
         if (!is_quiet)
             for (const std::string& output : job.outputs) fmt::print("{}\n", output);
+        warn_of_targets(job, *status);
         return Done;
     }
     fmt::print(stderr, "error: {} of {} frames of {} are not written [farm-incomplete]\n",
                job.frames.size() - status->merged_count(), job.frames.size(), job.folder);
     fmt::print(stderr, "{}", farm::incomplete_text(job, *status));
     return StopSignals::stop_flag() ? SignalBase + StopSignals::signal_number() : int(RenderError);
+}
+
+/// The same of the job as its folder has it now, with all of its rounds.
+int end_of_folder(const std::string& folder, bool is_quiet) {
+    const auto job = farm::read_job(folder);
+    return job ? end_of(*job, is_quiet) : fail(job.error());
 }
 
 /// Runs what lacks of a job on this machine.
@@ -231,18 +281,22 @@ int run_here(const farm::Job& job, bool is_quiet) {
     options.run = run_options();
     options.run.threads =
         std::max(1, int(std::thread::hardware_concurrency()) / std::max(1, job.slots));
-    options.on_piece = [&](size_t piece, const farm::PieceState& s) {
+    options.on_round = [&](const farm::Job& now, const std::vector<size_t>& pieces) {
+        if (!is_quiet) fmt::print("{}\n", round_text(now, pieces));
+        std::fflush(stdout);
+    };
+    options.on_piece = [&](const farm::Job& now, size_t piece, const farm::PieceState& s) {
         const farm::Attempt& a = s.attempts.back();
         if (s.state == farm::State::Done && !is_quiet)
-            fmt::print("{} done in {:.1f} s\n", job.title(piece), a.wall_s);
+            fmt::print("{} done in {:.1f} s\n", now.title(piece), a.wall_s);
         if (s.state == farm::State::Failed || s.state == farm::State::GaveUp)
             fmt::print(stderr, "warning: {} failed on {}: {}; {} [farm-piece-failed]\n",
-                       job.title(piece), a.node, a.reason,
+                       now.title(piece), a.node, a.reason,
                        s.state == farm::State::Failed ? "trying again" : "giving up");
         std::fflush(stdout);
     };
     if (const Result<void> ran = farm::run_local(job, options); !ran) return fail(ran.error());
-    return end_of(job, is_quiet);
+    return end_of_folder(job.folder, is_quiet);
 }
 
 /// Gives what lacks of a job to its engine.
@@ -272,22 +326,53 @@ int run_submit(const SubmitArguments& a, const Command& command) {
     return a.is_dry_run ? int(Done) : start_job(*job, a.render.quiet);
 }
 
-int run_status(const std::string& folder, bool as_json, bool all, double price) {
-    const auto job = farm::read_job(folder);
-    if (!job) return fail(job.error());
+struct StatusArguments {
+    std::string job;
+    bool as_json = false, all = false, watches = false;
+    double price = 0;
+};
+
+/// Returns: the state that was shown. Errors: those of read_job and status_of.
+Result<farm::JobState> show_status(const StatusArguments& a, const char* before) {
+    const auto job = farm::read_job(a.job);
+    if (!job) return job.error();
     const auto status = farm::status_of(*job);
-    if (!status) return fail(status.error());
-    fmt::print("{}", as_json ? farm::status_json(*job, *status, price)
-                             : farm::status_text(*job, *status, all, price));
-    return Done;
+    if (!status) return status.error();
+    fmt::print("{}{}", before,
+               a.as_json ? farm::status_json(*job, *status, a.price)
+                         : farm::status_text(*job, *status, a.all, a.price));
+    std::fflush(stdout);
+    return status->state;
+}
+
+/// False where a signal says to stop before that.
+bool wait_a_second() {
+    for (int i = 0; i < 5; ++i) {
+        if (StopSignals::stop_flag()) return false;
+        std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    }
+    return true;
+}
+
+int run_status(const StatusArguments& a) {
+    const StopSignals signals;
+    // Of a terminal the screen is cleared
+    const char* const again = ::isatty(STDOUT_FILENO) ? "\033[H\033[2J" : "\n";
+    for (const char* before = a.watches && again[0] == '\033' ? again : "";; before = again) {
+        const auto state = show_status(a, before);
+        if (!state) return fail(state.error());
+        const bool goes_on = *state == farm::JobState::Waiting || *state == farm::JobState::Running;
+        if (!a.watches || !goes_on || !wait_a_second() || !wait_a_second()) return Done;
+    }
 }
 
 int run_wait(const std::string& folder, bool is_quiet) {
-    const auto job = farm::read_job(folder);
-    if (!job) return fail(job.error());
     const StopSignals signals;
     // Between two pieces no process holds a piece of the job
     for (int ended = 0; ended < 3;) {
+        // Rounds add pieces
+        const auto job = farm::read_job(folder);
+        if (!job) return fail(job.error());
         const auto status = farm::status_of(*job);
         if (!status) return fail(status.error());
         using farm::JobState;
@@ -295,12 +380,9 @@ int run_wait(const std::string& folder, bool is_quiet) {
         ended = status->state == JobState::Incomplete || status->state == JobState::Canceled
                     ? ended + 1
                     : 0;
-        for (int i = 0; i < 5; ++i) {
-            if (StopSignals::stop_flag()) return SignalBase + StopSignals::signal_number();
-            std::this_thread::sleep_for(std::chrono::milliseconds(200));
-        }
+        if (!wait_a_second()) return SignalBase + StopSignals::signal_number();
     }
-    return end_of(*job, is_quiet);
+    return end_of_folder(folder, is_quiet);
 }
 
 int run_cancel(const std::string& folder) {
@@ -432,7 +514,7 @@ int resubmit(const farm::Job& job) {
 }
 
 int run_merge(const TaskArguments& a) {
-    const auto job = farm::read_job(a.job);
+    Result<farm::Job> job = farm::read_job(a.job);
     if (!job) return fail(job.error());
     const StopSignals signals;
     const TaskProgress progress(*job, a.progress == "openjd");
@@ -440,9 +522,30 @@ int run_merge(const TaskArguments& a) {
         progress.fail(merged.error().message);
         return fail(merged.error());
     }
+    if (a.resubmits) {
+        const auto round = farm::add_round(*job);
+        if (!round) return fail(round.error());
+        if (!round->empty()) fmt::print("{}\n", round_text(*job, *round));
+    }
     const int code = a.resubmits ? resubmit(*job) : end_of(*job, false);
     if (code != Done) progress.fail("pieces are missing; see the log of the merge");
     return code;
+}
+
+/// Checks this machine, and compares it with those that were checked before.
+int run_check(const std::string& folder) {
+    const auto job = farm::read_job(folder);
+    if (!job) return fail(job.error());
+    const auto own = farm::check_machine(*job, std::string(build_id()));
+    if (!own) return fail(own.error());
+    const auto checks = farm::read_checks(*job);
+    if (!checks) return fail(checks.error());
+    const std::vector<std::string> lines = farm::differing_machines(*job, *checks);
+    for (const std::string& line : lines) fmt::print(stderr, "error: {} [farm-machine]\n", line);
+    if (!lines.empty()) return RenderError;
+    fmt::print("{} ({}): {} machines checked, all alike\n", own->node, own->processor,
+               checks->size());
+    return Done;
 }
 
 void add_submit(Command farm, std::function<int()>& run) {
@@ -454,6 +557,10 @@ void add_submit(Command farm, std::function<int()>& run) {
     declare_render_options(command, a->render);
     for (const char* name : refused_options) command.find_option(name).hidden();
     command.find_option("--output").default_text("");
+    command.find_option("--target-error")
+        .description(
+            "Relative error at which a frame is done: rounds of pieces are added until the merged "
+            "image states it, or up to --spp; engines local and slurm");
     command.find_option("--checkpoint")
         .description("Checkpoint interval of a piece: what it keeps when its machine fails")
         .default_text("5m");
@@ -525,23 +632,17 @@ Option add_job(Command& command, std::string& folder) {
 }
 
 void add_status(Command farm, std::function<int()>& run) {
-    struct Arguments {
-        std::string job;
-        bool as_json = false, all = false;
-        double price = 0;
-    };
-
     Command command = farm.add_subcommand("status", "Show the pieces of a job, from its files");
-    const auto a = std::make_shared<Arguments>();
+    const auto a = std::make_shared<StatusArguments>();
     add_job(command, a->job);
     command.add_flag("--json", a->as_json, "Print JSON");
     command.add_flag("--all", a->all, "List every piece, not only those that run or failed");
+    command.add_flag("--watch", a->watches, "Show it again every 2 s until the job ends");
     command.add_option("--price", a->price, "Price of a CPU hour: print the cost")
         .range(0.0, 1e9)
         .default_text("none");
     command.example("velatura farm status shot.farm");
-    command.callback(
-        [a, &run] { run = [a] { return run_status(a->job, a->as_json, a->all, a->price); }; });
+    command.callback([a, &run] { run = [a] { return run_status(*a); }; });
 }
 
 struct JobArguments {
@@ -587,11 +688,16 @@ Command add_job_command(Command farm,
 
 void add_farm_command(Command& app, std::function<int()>& run) {
     Command farm = app.add_subcommand(
-        "farm", "Render on several machines: submit, status, wait, cancel, retry");
+        "farm", "Render on several machines: submit, check, status, wait, cancel, retry");
     farm.require_subcommand();
     add_submit(farm, run);
     add_status(farm, run);
     const auto a = std::make_shared<JobArguments>();
+    add_job_command(
+        farm, "check",
+        "Pre-flight: render a tiny piece of a job on this machine, and compare build, plugins and "
+        "files with the machines that were checked before",
+        [](const JobArguments& j) { return run_check(j.job); }, a, run);
     add_job_command(
         farm, "wait", "Wait for the end of a job; exit code 0 if every frame is written, else 1",
         [](const JobArguments& j) { return run_wait(j.job, j.is_quiet); }, a, run)

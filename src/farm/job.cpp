@@ -23,6 +23,7 @@ namespace {
 using json = nlohmann::ordered_json;
 
 constexpr const char* schema = "velatura.farm.job/1";
+constexpr const char* rounds_schema = "velatura.farm.rounds/1";
 
 struct EngineName {
     Engine engine;
@@ -33,6 +34,17 @@ constexpr EngineName engine_names[] = {{Engine::Local, "local"},
                                        {Engine::Slurm, "slurm"},
                                        {Engine::OpenJobDescription, "openjd"},
                                        {Engine::OpenCue, "opencue"}};
+
+/// An object with its pieces, a line each, for people.
+std::string with_pieces(const json& j, const std::vector<Piece>& pieces) {
+    std::string lines;
+    for (const Piece& p : pieces)
+        lines +=
+            fmt::format("{}[{}, {}, {}]", lines.empty() ? "" : ",\n    ", p.frame, p.first, p.end);
+    std::string text = j.dump(2);
+    text.resize(text.rfind('\n'));
+    return text + ",\n  \"pieces\": [\n    " + lines + "\n  ]\n}\n";
+}
 
 std::string to_json(const Job& job) {
     json j;
@@ -50,14 +62,30 @@ std::string to_json(const Job& job) {
     j["slots"] = job.slots;
     j["frames"] = job.frames;
     j["outputs"] = job.outputs;
-    // A line each, for people
-    std::string pieces;
-    for (const Piece& p : job.pieces)
-        pieces +=
-            fmt::format("{}[{}, {}, {}]", pieces.empty() ? "" : ",\n    ", p.frame, p.first, p.end);
-    std::string text = j.dump(2);
-    text.resize(text.rfind('\n'));
-    return text + ",\n  \"pieces\": [\n    " + pieces + "\n  ]\n}\n";
+    if (job.target_error > 0) {
+        j["target_error"] = job.target_error;
+        j["max_spp"] = job.max_spp;
+        j["ranges"] = job.ranges;
+    }
+    return with_pieces(j, job.pieces);
+}
+
+std::vector<Piece> pieces_from(const json& j) {
+    std::vector<Piece> pieces;
+    for (const json& p : j.at("pieces"))
+        pieces.push_back({whole_number<size_t>(p.at(0)), whole_number<uint64_t>(p.at(1)),
+                          whole_number<uint64_t>(p.at(2))});
+    return pieces;
+}
+
+/// Whether the pieces are of frames of the job, each behind the samples of those before it.
+bool has_frames(const Job& job) {
+    std::vector<uint64_t> ends(job.frames.size());
+    for (const Piece& p : job.pieces) {
+        if (p.frame >= ends.size() || p.first != ends[p.frame] || p.end <= p.first) return false;
+        ends[p.frame] = p.end;
+    }
+    return true;
 }
 
 /// Throws std::exception where a member is missing or of another type.
@@ -78,15 +106,29 @@ Job from_json(const json& j) {
     job.slots = whole_number<int>(j.at("slots"));
     job.frames = j.at("frames").get<std::vector<std::string>>();
     job.outputs = j.at("outputs").get<std::vector<std::string>>();
-    for (const json& p : j.at("pieces"))
-        job.pieces.push_back({whole_number<size_t>(p.at(0)), whole_number<uint64_t>(p.at(1)),
-                              whole_number<uint64_t>(p.at(2))});
-    const bool is_whole = !job.pieces.empty() && job.frames.size() == job.outputs.size() &&
-                          std::all_of(job.pieces.begin(), job.pieces.end(), [&](const Piece& p) {
-                              return p.frame < job.frames.size() && p.first < p.end;
-                          });
+    if (j.contains("target_error")) {
+        job.target_error = j.at("target_error").get<double>();
+        job.max_spp = whole_number<uint64_t>(j.at("max_spp"));
+        job.ranges = whole_number<uint64_t>(j.at("ranges"));
+    }
+    job.pieces = pieces_from(j);
+    job.first_pieces = job.pieces.size();
+    const bool is_whole =
+        !job.pieces.empty() && job.frames.size() == job.outputs.size() && has_frames(job);
     if (!is_whole) throw std::out_of_range("pieces and frames do not fit");
     return job;
+}
+
+/// `rounds.json`. Throws std::exception.
+void add_rounds(const json& j, Job& job) {
+    if (!j.is_object() || j.value("schema", json()) != rounds_schema)
+        throw std::out_of_range(fmt::format("expected schema {}", rounds_schema));
+    for (const Piece& p : pieces_from(j)) job.pieces.push_back(p);
+    if (!has_frames(job)) throw std::out_of_range("pieces and frames do not fit");
+}
+
+json parsed(const std::string& text) {
+    return is_json_too_deep(text) ? json() : json::parse(text, nullptr, false);
 }
 
 std::string numbered(size_t index, const char* extension) {
@@ -136,7 +178,15 @@ std::vector<size_t> Job::pieces_of(size_t frame) const {
     return found;
 }
 
-std::vector<Piece> split_samples(uint64_t end, uint64_t count) {
+uint64_t Job::spp_of(size_t frame) const {
+    uint64_t end = 0;
+    for (const Piece& p : pieces)
+        if (p.frame == frame) end = std::max(end, p.end);
+    return end;
+}
+
+std::vector<Piece> split_samples(uint64_t start, uint64_t last, uint64_t count) {
+    const uint64_t end = last - start;
     count = std::clamp<uint64_t>(count, 1, std::max<uint64_t>(end, 1));
     const uint64_t step = std::max<uint64_t>(1, std::bit_floor(std::max<uint64_t>(end / count, 1)));
     std::vector<Piece> pieces;
@@ -151,14 +201,16 @@ std::vector<Piece> split_samples(uint64_t end, uint64_t count) {
             bound = uint64_t(ideal / double(unit) + 0.5) * unit;
         }
         bound = std::clamp(bound, first + 1, end - (count - i));
-        pieces.push_back({0, first, bound});
+        pieces.push_back({0, start + first, start + bound});
         first = bound;
     }
     return pieces;
 }
 
-uint64_t default_pieces(uint64_t end, size_t frames) {
-    return frames > 1 ? 1 : std::clamp<uint64_t>(end / 16, 1, 16);
+uint64_t default_pieces(uint64_t samples, size_t frames) {
+    // The first one is to have more than the pilot samples of adaptive sampling: with its rates the
+    // others need not trace them
+    return frames > 1 ? 1 : std::clamp<uint64_t>(samples / 32, 1, 16);
 }
 
 Result<void> create_job(const Job& job) {
@@ -178,6 +230,17 @@ Result<void> create_job(const Job& job) {
     return write_file_atomically(job.path("job.json"), to_json(job));
 }
 
+Result<void> add_pieces(Job& job, const std::vector<Piece>& pieces) {
+    std::vector<Piece> added(job.pieces.begin() + std::ptrdiff_t(job.first_pieces),
+                             job.pieces.end());
+    added.insert(added.end(), pieces.begin(), pieces.end());
+    const json j = {{"schema", rounds_schema}};
+    if (const auto ok = write_file_atomically(job.path("rounds.json"), with_pieces(j, added)); !ok)
+        return ok.error();
+    job.pieces.insert(job.pieces.end(), pieces.begin(), pieces.end());
+    return {};
+}
+
 Result<Job> read_job(const std::string& folder) {
     std::error_code error;
     const std::string file = folder + "/job.json";
@@ -185,16 +248,23 @@ Result<Job> read_job(const std::string& folder) {
         return Error{"farm-job", fmt::format("{} is not a job folder: no job.json", folder)};
     const Result<std::string> text = read_file(file);
     if (!text) return text.error();
-    const json j = is_json_too_deep(*text) ? json() : json::parse(*text, nullptr, false);
+    const json j = parsed(*text);
     if (!j.is_object() || j.value("schema", json()) != schema)
         return Error{"farm-job", fmt::format("{}: expected schema {}", file, schema)};
+    std::string damaged = file;
     try {
         Job job = from_json(j);
+        if (const std::string rounds = folder + "/rounds.json"; fs::exists(rounds, error)) {
+            const Result<std::string> more = read_file(rounds);
+            if (!more) return more.error();
+            damaged = rounds;
+            add_rounds(parsed(*more), job);
+        }
         job.folder = fs::absolute(folder).lexically_normal().string();
         while (job.folder.size() > 1 && job.folder.back() == '/') job.folder.pop_back();
         return job;
     } catch (const std::exception& e) {
-        return Error{"farm-job", fmt::format("{} is damaged: {}", file, e.what())};
+        return Error{"farm-job", fmt::format("{} is damaged: {}", damaged, e.what())};
     }
 }
 

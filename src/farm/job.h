@@ -42,7 +42,12 @@ struct Job {
     std::vector<std::string> outputs;  ///< absolute, one per frame
     int retries = 2;                   ///< of a piece that failed
     int slots = 1;                     ///< pieces at a time, 0: as the engine decides
-    std::vector<Piece> pieces;         ///< by frame, then by sample
+    double target_error = 0;    ///< relative error that ends a frame; 0: its samples are those of
+                                ///< the pieces that it has
+    uint64_t max_spp = 0;       ///< with a target: no round of pieces goes beyond it
+    uint64_t ranges = 0;        ///< pieces of a frame and round; 0: default_pieces()
+    std::vector<Piece> pieces;  ///< by round, then by frame, then by sample
+    size_t first_pieces = 0;    ///< those of the first round; the others are in `rounds.json`
 
     std::string path(std::string_view file) const { return folder + "/" + std::string(file); }
 
@@ -58,18 +63,23 @@ struct Job {
     std::string title(size_t piece) const;
     /// The pieces of a frame.
     std::vector<size_t> pieces_of(size_t frame) const;
+    /// Samples of each pixel of a frame that its pieces have.
+    uint64_t spp_of(size_t frame) const;
 };
 
-/// Splits samples [0, end) into at most `count` ranges of about the same length. Bounds are
+/// Splits samples [first, end) into at most `count` ranges of about the same length. Bounds are
 /// multiples of a power of two as large as is possible: sums of such ranges are small.
-std::vector<Piece> split_samples(uint64_t end, uint64_t count);
+std::vector<Piece> split_samples(uint64_t first, uint64_t end, uint64_t count);
 
 /// Number of pieces of a frame where none is requested: one where there are several frames, else
-/// up to 16 of 16 samples or more.
-uint64_t default_pieces(uint64_t end, size_t frames);
+/// up to 16 of 32 samples or more.
+uint64_t default_pieces(uint64_t samples, size_t frames);
 
 /// Makes the folder of a job with its file. Errors: "farm-job" (there is one already), "io-write".
 Result<void> create_job(const Job& job);
+
+/// Adds pieces to a job that exists, behind those that it has: another round. Errors: "io-write".
+Result<void> add_pieces(Job& job, const std::vector<Piece>& pieces);
 
 /// Reads the job of a folder. Errors: "farm-job" (missing, damaged, of a later version).
 Result<Job> read_job(const std::string& folder);

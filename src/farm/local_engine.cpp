@@ -3,6 +3,7 @@
 
 #include "base/output_lock.h"
 #include "farm/merge_job.h"
+#include "farm/rounds.h"
 
 #include <algorithm>
 #include <mutex>
@@ -62,7 +63,7 @@ class Queue {
                 return;
             }
             states_[piece] = std::move(*state);
-            if (options_.on_piece) options_.on_piece(piece, states_[piece]);
+            if (options_.on_piece) options_.on_piece(job_, piece, states_[piece]);
             if (states_[piece].state == State::Done) merge(job_.pieces[piece].frame);
         }
     }
@@ -85,7 +86,8 @@ class Queue {
                 failure_ = state.error();
                 return;
             }
-            if (state->state != State::Done && options_.on_piece) options_.on_piece(i, *state);
+            if (state->state != State::Done && options_.on_piece)
+                options_.on_piece(job_, i, *state);
             states_[i] = std::move(*state);
         }
     }
@@ -100,14 +102,21 @@ class Queue {
 
 }  // namespace
 
-Result<void> run_local(const Job& job, const LocalOptions& options) {
+Result<void> run_local(Job job, const LocalOptions& options) {
     const Result<OutputLock> lock = OutputLock::take(job.path("job.json"));
     if (!lock) return lock.error();
     // Frames whose parts were there already
     if (const Result<void> merged = merge_frames(job); !merged) return merged;
-    Result<std::vector<PieceState>> states = read_pieces(job);
-    if (!states) return states.error();
-    return Queue(job, options, std::move(*states)).run();
+    for (;;) {
+        Result<std::vector<PieceState>> states = read_pieces(job);
+        if (!states) return states.error();
+        const Result<void> ran = Queue(job, options, std::move(*states)).run();
+        if (!ran || (options.run.is_to_stop && options.run.is_to_stop())) return ran;
+        const auto round = add_round(job);
+        if (!round) return round.error();
+        if (round->empty()) return {};
+        if (options.on_round) options.on_round(job, *round);
+    }
 }
 
 }  // namespace velatura::farm

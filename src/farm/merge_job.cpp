@@ -2,6 +2,8 @@
 #include "farm/merge_job.h"
 
 #include "base/atomic_file.h"
+#include "base/json_depth.h"
+#include "base/json_numbers.h"
 #include "farm/process.h"
 #include "farm/run_piece.h"
 #include "image/exr.h"
@@ -11,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <exception>
 #include <filesystem>
 #include <map>
 #include <utility>
@@ -91,19 +94,77 @@ std::map<size_t, std::string> problems_of(const Job& job,
     return problems;
 }
 
+/// The error that an image states in its header; nothing where it is not known.
+std::optional<ErrorAt> stated_error(const std::string& file, uint64_t spp) {
+    const auto reader = image::ExrReader::open(file);
+    if (!reader) return std::nullopt;
+    const auto header = layers::read_layer_header(reader->header());
+    if (!header) return std::nullopt;
+    const std::string stats = layers::file_info_of(reader->header(), *header).stats_json;
+    const json error = json::parse(stats, nullptr, false).value("error", json::object());
+    const json mean = error.value("mean", json());
+    if (!mean.is_number()) return std::nullopt;
+    return ErrorAt{spp, mean.get<double>(), error.value("is_lower", false)};
+}
+
+json to_json(const std::vector<ErrorAt>& errors) {
+    json list = json::array();
+    for (const ErrorAt& e : errors)
+        list.push_back({{"spp", e.spp}, {"error", e.error}, {"is_lower", e.is_lower}});
+    return list;
+}
+
+/// Throws std::exception.
+std::vector<ErrorAt> errors_from(const json& list) {
+    std::vector<ErrorAt> errors;
+    for (const json& e : list)
+        errors.push_back({whole_number<uint64_t>(e.at("spp")), e.at("error").get<double>(),
+                          e.at("is_lower").get<bool>()});
+    return errors;
+}
+
+/// As the file of the frame has it, whatever its pieces are now.
+Result<std::optional<FrameResult>> stored_result(const Job& job, size_t frame) {
+    std::error_code error;
+    if (!fs::exists(job.result_file(frame), error)) return std::optional<FrameResult>();
+    const Result<std::string> text = read_file(job.result_file(frame));
+    if (!text) return text.error();
+    const Error damaged = {"farm-piece", fmt::format("{} is damaged; remove it to merge the frame "
+                                                     "again",
+                                                     job.result_file(frame))};
+    const json j = is_json_too_deep(*text) ? json() : json::parse(*text, nullptr, false);
+    if (!j.is_object() || j.value("schema", json()) != schema) return damaged;
+    try {
+        FrameResult result;
+        result.output = j.at("output").get<std::string>();
+        result.sha256 = j.at("sha256").get<std::string>();
+        result.wall_s = j.at("wall_s").get<double>();
+        result.spp = whole_number<uint64_t>(j.at("spp"));
+        result.errors = errors_from(j.at("errors"));
+        result.problem = j.value("problem", "");
+        return std::optional(std::move(result));
+    } catch (const std::exception&) {
+        return damaged;
+    }
+}
+
 Result<void> write_result(const Job& job, size_t frame, const FrameResult& result) {
-    json j = {{"schema", schema},
-              {"output", result.output},
-              {"sha256", result.sha256},
-              {"wall_s", result.wall_s}};
+    json j = {{"schema", schema},        {"output", result.output},
+              {"sha256", result.sha256}, {"wall_s", result.wall_s},
+              {"spp", result.spp},       {"errors", to_json(result.errors)}};
     if (!result.problem.empty()) j["problem"] = result.problem;
     return write_file_atomically(job.result_file(frame),
                                  j.dump(1, ' ', false, json::error_handler_t::replace) + "\n");
 }
 
 Result<FrameResult> merge(const Job& job, size_t frame, const std::vector<size_t>& pieces) {
+    const auto earlier = stored_result(job, frame);
+    if (!earlier) return earlier.error();
     FrameResult result;
     result.output = job.outputs[frame];
+    result.spp = job.spp_of(frame);
+    if (*earlier) result.errors = (*earlier)->errors;
+    std::erase_if(result.errors, [&](const ErrorAt& e) { return e.spp >= result.spp; });
     std::string printed;
     ProcessRequest request;
     request.arguments = {compositor_program(), "merge"};
@@ -121,6 +182,8 @@ Result<FrameResult> merge(const Job& job, size_t frame, const std::vector<size_t
     if (ended->code != 0)
         result.problem = fmt::format("the merge of {} ended with exit code {}{}", result.output,
                                      ended->code, printed.empty() ? "" : ": " + printed);
+    else if (const auto error = stated_error(result.output, result.spp))
+        result.errors.push_back(*error);
     if (const auto ok = write_result(job, frame, result); !ok) return ok.error();
     if (!result.problem.empty()) return Error{"farm-merge", result.problem};
     return result;
@@ -129,24 +192,13 @@ Result<FrameResult> merge(const Job& job, size_t frame, const std::vector<size_t
 }  // namespace
 
 Result<std::optional<FrameResult>> read_result(const Job& job, size_t frame) {
+    Result<std::optional<FrameResult>> result = stored_result(job, frame);
+    if (!result || !*result) return result;
     std::error_code error;
-    if (!fs::exists(job.result_file(frame), error)) return std::optional<FrameResult>();
-    const Result<std::string> text = read_file(job.result_file(frame));
-    if (!text) return text.error();
-    const json j = json::parse(*text, nullptr, false);
-    if (!j.is_object() || j.value("schema", json()) != schema ||
-        !j.value("output", json()).is_string())
-        return Error{"farm-piece", fmt::format("{} is damaged; remove it to merge the frame again",
-                                               job.result_file(frame))};
-    FrameResult result;
-    result.output = j["output"].get<std::string>();
-    if (const json sha = j.value("sha256", json()); sha.is_string()) result.sha256 = sha;
-    if (const json wall = j.value("wall_s", json()); wall.is_number()) result.wall_s = wall;
-    if (const json problem = j.value("problem", json()); problem.is_string())
-        result.problem = problem;
-    if (result.problem.empty() && !fs::exists(result.output, error))
+    const FrameResult& r = **result;
+    if (r.spp != job.spp_of(frame) || (r.problem.empty() && !fs::exists(r.output, error)))
         return std::optional<FrameResult>();
-    return std::optional(std::move(result));
+    return result;
 }
 
 Result<std::optional<FrameResult>> merge_frame(const Job& job, size_t frame) {

@@ -5,22 +5,32 @@
 #include "farm/job.h"
 #include "farm/piece_state.h"
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace velatura::farm {
 
+/// The error that a merged image states.
+struct ErrorAt {
+    uint64_t spp = 0;
+    double error = 0;       ///< relative standard error
+    bool is_lower = false;  ///< the error is no less than that
+};
+
 /// What became of a frame.
 struct FrameResult {
     std::string output;
-    std::string problem;  ///< why the merge failed; empty: the output is written
-    std::string sha256;   ///< of all pixel data, as `velatura-comp merge` prints it
-    double wall_s = 0;    ///< of the merge
+    std::string problem;          ///< why the merge failed; empty: the output is written
+    std::string sha256;           ///< of all pixel data, as `velatura-comp merge` prints it
+    double wall_s = 0;            ///< of the merge
+    uint64_t spp = 0;             ///< samples of each pixel that were merged
+    std::vector<ErrorAt> errors;  ///< of the rounds so far, the last one of this image
 };
 
-/// Nothing: no merge of the frame has ended, or its output is gone. Errors: "farm-piece" (damaged
-/// file).
+/// Nothing: no merge of the samples that the frame's pieces have now has ended, or its output is
+/// gone. Errors: "farm-piece" (damaged file).
 Result<std::optional<FrameResult>> read_result(const Job& job, size_t frame);
 
 /// Merges the parts of a frame into its output, once each is found to be the file that was written,

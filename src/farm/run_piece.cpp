@@ -44,6 +44,24 @@ bool has_option(const Job& job, std::string_view name) {
     });
 }
 
+/// The part that holds the first samples of a frame, with the rates that adaptive sampling found
+/// there; empty while it is not done, or where it has none. Others then trace no pilot samples.
+std::string rates_part(const Job& job, size_t index) {
+    constexpr uint64_t pilot_samples = 16;
+    const std::vector<size_t> pieces = job.pieces_of(job.pieces[index].frame);
+    const size_t first = pieces.front();
+    if (first == index || job.pieces[first].end <= pilot_samples) return {};
+    for (size_t i = 0; i < job.options.size(); ++i)
+        if (job.options[i] == "--adaptive=off" ||
+            (job.options[i] == "--adaptive" && i + 1 < job.options.size() &&
+             job.options[i + 1] == "off"))
+            return {};
+    const Result<PieceState> state = read_piece(job, first);
+    const bool is_there =
+        state && state->state == State::Done && problem_of_part(job, first, *state).empty();
+    return is_there ? job.part_file(first) : std::string();
+}
+
 std::vector<std::string> command_of(const Job& job, size_t index, const RunOptions& options) {
     const Piece& piece = job.pieces[index];
     std::vector<std::string> words = {job.program, "render", job.scene};
@@ -53,6 +71,8 @@ std::vector<std::string> command_of(const Job& job, size_t index, const RunOptio
     const int threads = options.threads > 0 ? options.threads : threads_of_engine();
     if (threads > 0 && !has_option(job, "--threads"))
         words.push_back(fmt::format("--threads={}", threads));
+    if (const std::string rates = rates_part(job, index); !rates.empty())
+        words.push_back("--rates-from=" + rates);
     for (std::string word : {fmt::format("--samples={}:{}", piece.first, piece.end),
                              "--output=" + job.work_file(index), std::string("--resume"),
                              std::string("--progress=json")})

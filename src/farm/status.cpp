@@ -2,7 +2,9 @@
 #include "farm/status.h"
 
 #include "base/frames.h"
+#include "base/output_lock.h"
 #include "farm/merge_job.h"
+#include "farm/rounds.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -62,6 +64,24 @@ std::string table(const Job& job, const JobStatus& status, bool all) {
            rows;
 }
 
+/// Whether a process of this machine runs the pieces of a local job, or merges them.
+bool is_run_here(const Job& job) {
+    const Result<OutputLock> lock = OutputLock::take(job.path("job.json"));
+    return !lock && lock.error().code == "output-locked";
+}
+
+/// Error and target; of several frames the largest error. Empty: not known.
+std::string error_text(const Job& job, const JobStatus& status) {
+    std::optional<ErrorAt> worst;
+    for (const std::optional<ErrorAt>& e : status.errors)
+        if (e && (!worst || e->error > worst->error)) worst = e;
+    if (!worst) return {};
+    std::string text = fmt::format("{}error {}{:.3g} %", job.frames.size() > 1 ? "largest " : "",
+                                   worst->is_lower ? "at least " : "", 100 * worst->error);
+    if (job.target_error > 0) text += fmt::format(", target {:.3g} %", 100 * job.target_error);
+    return text + fmt::format(", at {} samples per pixel\n", worst->spp);
+}
+
 }  // namespace
 
 std::string_view name_of(JobState state) {
@@ -95,7 +115,10 @@ Result<JobStatus> status_of(const Job& job) {
         if (!result) return result.error();
         const bool has_failed = *result && !(*result)->problem.empty();
         if (has_failed) status.problems.push_back((*result)->problem);
-        status.is_merged.push_back(*result && !has_failed);
+        status.is_merged.push_back(*result && !has_failed && !needs_samples(job, **result));
+        status.errors.push_back(*result && !(*result)->errors.empty()
+                                    ? std::optional((*result)->errors.back())
+                                    : std::nullopt);
     }
     const size_t done = status.count(State::Done), running = status.count(State::Running);
     if (status.merged_count() == job.frames.size())
@@ -104,7 +127,7 @@ Result<JobStatus> status_of(const Job& job) {
         status.state = JobState::Canceled;
     else if (status.count(State::Waiting) == job.pieces.size() && first_s == 0)
         status.state = JobState::Waiting;
-    else if (job.engine == Engine::Local && running == 0)
+    else if (job.engine == Engine::Local && running == 0 && !is_run_here(job))
         status.state = JobState::Incomplete;  // `farm submit` runs the pieces itself, and ended
     else if (status.count(State::GaveUp) + status.problems.size() > 0 &&
              done + status.count(State::GaveUp) == job.pieces.size())
@@ -130,6 +153,7 @@ std::string status_text(const Job& job, const JobStatus& status, bool all, doubl
         if (status.left_s) text += fmt::format(", about {} left", duration(*status.left_s));
         text += "\n";
     }
+    text += error_text(job, status);
     text += table(job, status, all);
     if (status.state == JobState::Incomplete || status.state == JobState::Canceled)
         text += incomplete_text(job, status);
@@ -151,11 +175,16 @@ std::string status_json(const Job& job, const JobStatus& status, double price) {
     j["cpu_s"] = status.cpu_s;
     j["left_s"] = status.left_s ? json(*status.left_s) : json(nullptr);
     if (price > 0) j["cost"] = price * cpu_hours(status);
+    if (job.target_error > 0) j["target_error"] = job.target_error;
     j["outputs"] = json::array();
-    for (size_t i = 0; i < job.frames.size(); ++i)
-        j["outputs"].push_back({{"frame", job.frames[i]},
-                                {"file", job.outputs[i]},
-                                {"written", bool(status.is_merged[i])}});
+    for (size_t i = 0; i < job.frames.size(); ++i) {
+        json row = {{"frame", job.frames[i]},
+                    {"file", job.outputs[i]},
+                    {"written", bool(status.is_merged[i])}};
+        if (const std::optional<ErrorAt>& e = status.errors[i])
+            row.update({{"spp", e->spp}, {"error", e->error}, {"is_lower", e->is_lower}});
+        j["outputs"].push_back(std::move(row));
+    }
     j["list"] = json::array();
     for (size_t i = 0; i < status.pieces.size(); ++i) {
         const PieceState& s = status.pieces[i];

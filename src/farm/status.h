@@ -3,6 +3,7 @@
 
 #include "base/result.h"
 #include "farm/job.h"
+#include "farm/merge_job.h"
 #include "farm/piece_state.h"
 
 #include <array>
@@ -29,12 +30,13 @@ std::string_view name_of(JobState state);
 struct JobStatus {
     JobState state = JobState::Waiting;
     std::vector<PieceState> pieces;
-    std::vector<bool> is_merged;        ///< by frame
-    std::vector<std::string> problems;  ///< of merges that failed
-    std::array<size_t, 7> counts = {};  ///< of pieces by State
-    double cpu_s = 0;                   ///< of all attempts
-    double wall_s = 0;                  ///< since the first one started
-    std::optional<double> left_s;       ///< nothing: unknown, or nothing runs
+    std::vector<bool> is_merged;  ///< by frame: its image is written, and no round follows
+    std::vector<std::optional<ErrorAt>> errors;  ///< by frame: of the last image; nothing: unknown
+    std::vector<std::string> problems;           ///< of merges that failed
+    std::array<size_t, 7> counts = {};           ///< of pieces by State
+    double cpu_s = 0;                            ///< of all attempts
+    double wall_s = 0;                           ///< since the first one started
+    std::optional<double> left_s;                ///< nothing: unknown, or nothing runs
 
     size_t count(State s) const { return counts[size_t(s)]; }
 

@@ -78,6 +78,9 @@ TEST_F(FarmCommand, GivesTheImageOfOneRender) {
     EXPECT_GT(s["cpu_s"], 0);
     for (const json& piece : s["list"]) EXPECT_EQ(piece["attempts"], 1);
     EXPECT_EQ(w.velatura("farm wait j -q").exit_code, 0);
+    const CommandResult watched = w.velatura("farm status j --watch");
+    EXPECT_EQ(watched.exit_code, 0);
+    expect_words(watched.output, {"complete, 3 of 3 pieces done", "error "});
     // A second job in the folder would overwrite it
     const CommandResult again = submit("");
     EXPECT_EQ(again.exit_code, 1);
@@ -220,12 +223,104 @@ TEST_F(FarmCommand, PiecesCanRunInAnyOrder) {
     expect_words(none.output, {"no piece 3", "[farm-piece]"});
 }
 
+TEST_F(FarmCommand, ACheckFindsMachinesThatDiffer) {
+    w.write("ball.usda", "#usda 1.0\n");
+    w.write("s.usda", [] {
+        std::string scene = small_scene();
+        return scene.insert(scene.find("(\n") + 2, "    subLayers = [@ball.usda@]\n");
+    }());
+    ASSERT_EQ(submit("--dry-run").exit_code, 0);
+    const auto check_on = [&](const std::string& node) {
+        return w.velatura("--version > /dev/null; SLURMD_NODENAME=" + node + " '" +
+                          VELATURA_BIN_DIR + "/velatura' farm check j");
+    };
+    for (const char* node : {"a", "b"}) {
+        const CommandResult r = check_on(node);
+        EXPECT_EQ(r.exit_code, 0) << r.output;
+        expect_words(r.output, {node, "all alike"});
+    }
+    // The third machine sees another file
+    w.write("ball.usda", "#usda 1.0\ndef Sphere \"S\"\n{\n}\n");
+    const CommandResult other = check_on("c");
+    EXPECT_EQ(other.exit_code, 1) << other.output;
+    expect_words(other.output, {"error: c: files of the scene", "[farm-machine]"});
+    EXPECT_EQ(other.output.find("error: a"), std::string::npos) << other.output;
+    // The fourth sees none
+    std::filesystem::remove(w.path("ball.usda"));
+    const CommandResult none = check_on("d");
+    EXPECT_EQ(none.exit_code, 1);
+    expect_words(none.output, {"error: d: exit code 1", "ball.usda"});
+    EXPECT_FALSE(w.exists("out.exr"));
+}
+
+/// The image of a job with a target is that of one render of as many samples.
+TEST_F(FarmCommand, AddsRoundsUntilTheImageHasTheError) {
+    const std::string render = " s.usda --res 24 20 --bounces 1 --layers bounce,light";
+    const std::string front = program("echo \"$*\" >> calls");
+    const auto farm = [&](const std::string& target) {
+        std::filesystem::remove_all(w.path("j"));
+        w.write("calls", "");
+        const CommandResult r = w.velatura("farm submit" + render +
+                                           " -o out.exr --job j --pieces "
+                                           "2 --target-error " +
+                                           target + " " + front);
+        EXPECT_EQ(r.exit_code, 0) << r.output;
+        return r.output;
+    };
+    // What 64 samples have, halved: by samples^-0.6 that takes about 3.2 times as many
+    farm("90%");
+    json s = status();
+    EXPECT_EQ(s["pieces"]["done"], 2) << "it is reached at once";
+    const double first = s["outputs"][0]["error"];
+    EXPECT_EQ(s["outputs"][0]["spp"], 64);
+    const std::string printed = farm(fmt::format("{:.4f}%", 100 * first / 2));
+    expect_words(printed, {"another round for an error of", "2 pieces"});
+    s = status();
+    EXPECT_EQ(s["state"], "complete");
+    EXPECT_LE(double(s["outputs"][0]["error"]), first / 2);
+    EXPECT_GT(double(s["outputs"][0]["error"]), 0.75 * first / 2) << s.dump(1);
+    const int spp = s["outputs"][0]["spp"];
+    EXPECT_GT(spp, 128);
+    const CommandResult one =
+        w.velatura(fmt::format("render{} -o one.exr --progress none -q --spp {}", render, spp));
+    ASSERT_EQ(one.exit_code, 0) << one.output;
+    EXPECT_EQ(w.hash("out.exr"), w.hash("one.exr"));
+    // The first part has the rates of adaptive sampling, and gives them to the others
+    const std::string calls = *read_file(w.path("calls"));
+    size_t with_rates = 0, all = 0;
+    for (size_t at = 0; (at = calls.find("--rates-from=", at)) != std::string::npos; ++at)
+        ++with_rates;
+    for (size_t at = 0; (at = calls.find("--samples=", at)) != std::string::npos; ++at) ++all;
+    EXPECT_EQ(with_rates, all - 1) << calls;
+    // A job that ended there goes on where it was, and one whose limit comes first says so
+    const CommandResult again = w.velatura("farm retry j");
+    EXPECT_EQ(again.exit_code, 0) << again.output;
+    expect_words(farm("0.1% --spp 96"), {"[budget]", "at the limit of 96 samples"});
+    EXPECT_EQ(status()["state"], "complete");
+}
+
 TEST_F(FarmCommand, RefusesWhatPiecesCannotDo) {
-    for (const char* more :
-         {"--samples 0:4", "--resume", "--time 5s", "--target-error 1%", "--deep", "--replay 1,1,1",
-          "--crop 0 1 0 0.5", "--stats x.json", "--exr-layout split", "--pieces 0", "--pieces 25",
-          "--pieces many", "--pieces -1", "--engine moon", "--spp 0", "--max-depth -1",
-          "--retries -1", "--frames x", "--caustics no"}) {
+    for (const char* more : {"--samples 0:4",
+                             "--resume",
+                             "--time 5s",
+                             "--target-error 1% --engine openjd",
+                             "--target-error x",
+                             "--rates-from a.exr",
+                             "--deep",
+                             "--replay 1,1,1",
+                             "--crop 0 1 0 0.5",
+                             "--stats x.json",
+                             "--exr-layout split",
+                             "--pieces 0",
+                             "--pieces 25",
+                             "--pieces many",
+                             "--pieces -1",
+                             "--engine moon",
+                             "--spp 0",
+                             "--max-depth -1",
+                             "--retries -1",
+                             "--frames x",
+                             "--caustics no"}) {
         const CommandResult r = submit(std::string("--pieces 3 ") + more);
         EXPECT_EQ(r.exit_code, 2) << more << ": " << r.output;
         EXPECT_NE(r.output.find("[usage]"), std::string::npos) << more << ": " << r.output;

@@ -4,8 +4,10 @@
 
 #include "base/atomic_file.h"
 #include "base/command_line.h"
+#include "farm/merge_job.h"
 #include "farm/piece_state.h"
 #include "farm/process.h"
+#include "farm/rounds.h"
 #include "farm/status.h"
 
 #include <gtest/gtest.h>
@@ -37,12 +39,24 @@ class FarmJob : public ::testing::Test {
         job.scene = "a scene.usda";
         job.options = {"--res", "8", "8", "--set=/W.x=\"quoted\""};
         job.frames = {"1", "1.5"};
-        job.outputs = {"o.0001.exr", "o.0001.500.exr"};
+        job.outputs = {pattern + "/o.0001.exr", pattern + "/o.0001.500.exr"};
         for (size_t frame = 0; frame < 2; ++frame)
-            for (Piece p : split_samples(8, 2)) {
+            for (Piece p : split_samples(0, 8, 2)) {
                 p.frame = frame;
                 job.pieces.push_back(p);
             }
+    }
+
+    /// Notes that a frame was merged, with what its image states.
+    void write_result(size_t frame, uint64_t spp, const std::string& errors) const {
+        ASSERT_TRUE(write_file_atomically(job.outputs[frame], "").has_value());
+        const nlohmann::json j = {{"schema", "velatura.farm.frame/1"},
+                                  {"output", job.outputs[frame]},
+                                  {"sha256", ""},
+                                  {"wall_s", 1.0},
+                                  {"spp", spp},
+                                  {"errors", nlohmann::json::parse(errors)}};
+        ASSERT_TRUE(write_file_atomically(job.result_file(frame), j.dump()).has_value());
     }
 
     ~FarmJob() override {
@@ -81,7 +95,7 @@ TEST_F(FarmJob, SplitsAreAdjacentAndAboutEqual) {
     std::mt19937 random(7);
     for (int i = 0; i < 2000; ++i) {
         const uint64_t end = 1 + random() % 5000, count = 1 + random() % 64;
-        const std::vector<Piece> pieces = split_samples(end, count);
+        const std::vector<Piece> pieces = split_samples(0, end, count);
         ASSERT_EQ(pieces.size(), std::min(end, count));
         uint64_t at = 0;
         for (const Piece& p : pieces) {
@@ -97,12 +111,12 @@ TEST_F(FarmJob, SplitsAreAdjacentAndAboutEqual) {
 TEST_F(FarmJob, SplitsOfPowersOfTwoAreWholeBlocks) {
     for (const uint64_t end : {64u, 256u, 4096u})
         for (const uint64_t count : {2u, 4u, 16u})
-            for (const Piece& p : split_samples(end, count)) {
+            for (const Piece& p : split_samples(0, end, count)) {
                 EXPECT_EQ(p.end - p.first, end / count);
                 EXPECT_EQ(p.first % (end / count), 0u);
             }
     // 3 pieces of 256: bounds are multiples of 32, the largest power of two within half a piece
-    for (const Piece& p : split_samples(256, 3)) EXPECT_EQ(p.first % 32, 0u) << p.first;
+    for (const Piece& p : split_samples(0, 256, 3)) EXPECT_EQ(p.first % 32, 0u) << p.first;
 }
 
 TEST_F(FarmJob, IsReadAsItWasWritten) {
@@ -248,6 +262,78 @@ TEST_F(FarmJob, StatusNamesWhatLacks) {
     EXPECT_EQ(j["list"][3]["node"], "rust");
     EXPECT_EQ(j["list"][2]["samples"], nlohmann::json({0, 4}));
     EXPECT_DOUBLE_EQ(j["cost"], 3.0);
+}
+
+TEST_F(FarmJob, ARoundHasTheSamplesThatTheErrorAsksFor) {
+    job.target_error = 0.01;
+    job.max_spp = 100000;
+    FrameResult r;
+    EXPECT_FALSE(needs_samples(job, r)) << "its error is not known";
+    r.errors = {{64, 0.01, false}};
+    EXPECT_FALSE(needs_samples(job, r));
+    // 2 % to 1 % by samples^-0.6: 64 x 2^(1/0.6) = 203.2, in steps of 128 / 16
+    r.errors = {{64, 0.02, false}};
+    EXPECT_TRUE(needs_samples(job, r));
+    EXPECT_EQ(next_spp(job, r), 208u);
+    // By the slope of the last two rounds, -0.5: 256 x 1.5^2 = 576, a multiple of 512 / 16
+    r.errors = {{64, 0.03, false}, {256, 0.015, false}};
+    EXPECT_EQ(next_spp(job, r), 576u);
+    // At most 4 times, at least a step, not beyond the limit
+    r.errors = {{64, 0.9, false}};
+    EXPECT_EQ(next_spp(job, r), 256u);
+    r.errors = {{256, 0.010001, false}};
+    EXPECT_EQ(next_spp(job, r), 272u);
+    job.max_spp = 260;
+    EXPECT_EQ(next_spp(job, r), 260u);
+    r.errors = {{260, 0.02, false}};
+    EXPECT_FALSE(needs_samples(job, r)) << "it has all samples";
+}
+
+TEST_F(FarmJob, RoundsAreAddedToFramesThatNeedThem) {
+    job.target_error = 0.01;
+    job.max_spp = 1000;
+    job.first_pieces = job.pieces.size();
+    ASSERT_TRUE(create_job(job).has_value());
+    for (const size_t i : {0u, 1u, 2u, 3u}) write(i, state_on("a", State::Done));
+    EXPECT_TRUE(add_round(job)->empty()) << "nothing is merged";
+    write_result(0, 8, R"([{"spp": 8, "error": 0.009, "is_lower": false}])");
+    write_result(1, 8, R"([{"spp": 8, "error": 0.03, "is_lower": true}])");
+    auto status = status_of(job);
+    ASSERT_TRUE(status.has_value());
+    EXPECT_EQ(status->is_merged, (std::vector<bool>{true, false}));
+    EXPECT_NE(status_text(job, *status, false, 0)
+                  .find("largest error at least 3 %, target 1 %, at "
+                        "8 samples per pixel"),
+              std::string::npos)
+        << status_text(job, *status, false, 0);
+    EXPECT_EQ(*add_round(job), (std::vector<size_t>{4}));
+    const auto found = read_job(job.folder);
+    ASSERT_TRUE(found.has_value()) << found.error().message;
+    ASSERT_EQ(found->pieces.size(), 5u);
+    EXPECT_EQ(found->first_pieces, 4u);
+    EXPECT_EQ(found->pieces[4].frame, 1u);
+    EXPECT_EQ(found->pieces[4].first, 8u);
+    EXPECT_EQ(found->pieces[4].end, 32u);
+    EXPECT_FALSE(read_result(*found, 1)->has_value()) << "that image is of the round before";
+    EXPECT_TRUE(add_round(job)->empty()) << "the round is not merged yet";
+    write(4, state_on("a", State::Done));
+    write_result(1, 32, R"([{"spp": 8, "error": 0.03, "is_lower": true},
+                            {"spp": 32, "error": 0.0099, "is_lower": false}])");
+    EXPECT_EQ(status_of(*found)->state, JobState::Complete);
+
+    // Pieces behind each other, of frames that there are
+    const std::string file = job.path("rounds.json");
+    const std::string whole = *read_file(file);
+    for (const char* piece : {"[1, 9, 32]", "[2, 8, 32]", "[1, 8, 8]", "[1, 8]"}) {
+        std::string text = whole;
+        const size_t at = text.find("[1, 8, 32]");
+        ASSERT_NE(at, std::string::npos) << text;
+        ASSERT_TRUE(write_file_atomically(file, text.replace(at, 10, piece)).has_value());
+        const auto damaged = read_job(job.folder);
+        ASSERT_FALSE(damaged.has_value()) << piece;
+        EXPECT_EQ(damaged.error().code, "farm-job");
+        EXPECT_NE(damaged.error().message.find("rounds.json"), std::string::npos);
+    }
 }
 
 TEST_F(FarmJob, AProcessReportsItsEndAndItsLines) {
