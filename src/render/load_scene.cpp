@@ -2,7 +2,6 @@
 #include "render/load_scene.h"
 
 #include "render/volume_loading.h"
-#include "usd/stage/stage.h"
 
 namespace velatura::render {
 
@@ -11,9 +10,15 @@ Result<scene::Scene> load_scene(const std::string& path,
                                 Diagnostics& diagnostics) {
     const Result<usd::stage::Stage> stage = usd::stage::Stage::open(path, {}, diagnostics);
     if (!stage) return stage.error();
+    return load_scene(*stage, options, diagnostics);
+}
+
+Result<scene::Scene> load_scene(const usd::stage::Stage& stage,
+                                const LoadOptions& options,
+                                Diagnostics& diagnostics) {
     translate::TranslateOptions of_frame = options.translate;
-    of_frame.time = options.frame.value_or(stage->start_time_code());
-    Result<scene::Scene> scene = translate::translate_stage(*stage, of_frame, diagnostics);
+    of_frame.time = options.frame.value_or(stage.start_time_code());
+    Result<scene::Scene> scene = translate::translate_stage(stage, of_frame, diagnostics);
     if (scene) load_volumes(*scene, options.volume_gb, diagnostics);
     return scene;
 }

@@ -5,6 +5,7 @@
 #include "base/result.h"
 #include "scene/scene.h"
 #include "translate/translate.h"
+#include "usd/stage/stage.h"
 
 #include <optional>
 #include <string>
@@ -24,6 +25,11 @@ struct LoadOptions {
 /// Errors:  those of Stage::open and translate_stage. Errors and warnings of parts of the scene go
 ///          to `diagnostics`; these parts fall back or are skipped.
 Result<scene::Scene> load_scene(const std::string& path,
+                                const LoadOptions& options,
+                                Diagnostics& diagnostics);
+
+/// The same of a stage that is open already, such as one in memory (usd/stage/open_layer.h).
+Result<scene::Scene> load_scene(const usd::stage::Stage& stage,
                                 const LoadOptions& options,
                                 Diagnostics& diagnostics);
 

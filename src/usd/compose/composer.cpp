@@ -31,10 +31,13 @@ Composer::Composer(ComposeOptions options, Diagnostics& diagnostics)
 }
 
 Result<LayerStack*> Composer::open(const std::string& root_file, const SessionLayers& session) {
+    // A made layer of the root layer's name is the root layer
+    const bool is_made = session.made && session.made->identifier() == root_file;
+    if (is_made) registry_.add(session.made);
     Result<LayerPtr> root = registry_.open(root_file);
     if (!root) return root.error();
     std::vector<LayerPtr> sessions;
-    if (session.made) {
+    if (session.made && !is_made) {
         registry_.add(session.made);
         sessions.push_back(session.made);
     }

@@ -30,7 +30,9 @@ Result<bool> StageImpl::open(const std::string& path) {
     };
     compose::SessionLayers session{options_.made_layer, {}};
     for (const std::string& file : options_.session_layers) session.files.push_back(absolute(file));
-    const Result<compose::LayerStack*> opened = composer_.open(absolute(path), session);
+    const bool is_in_memory = session.made && session.made->identifier() == path;
+    const Result<compose::LayerStack*> opened =
+        composer_.open(is_in_memory ? path : absolute(path), session);
     if (!opened) return opened.error();
     populate();
     return true;
