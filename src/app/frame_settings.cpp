@@ -110,17 +110,23 @@ std::string camera_state(const scene::Camera& c) {
 
 }  // namespace
 
-std::vector<SceneFile> scene_files(const scene::Scene& scene) {
-    std::vector<SceneFile> files;
+std::vector<std::string> scene_file_paths(const scene::Scene& scene) {
+    std::vector<std::string> paths;
     std::set<std::string> known;
     const auto add = [&](const std::string& path) {
-        if (path.empty() || !known.insert(path).second) return;
-        files.push_back({std::filesystem::path(path).filename().string(), hash_of_file(path)});
+        if (!path.empty() && known.insert(path).second) paths.push_back(path);
     };
     for (const scene::Texture& t : scene.textures)
         for (const std::string& file : udim_files(t.file)) add(file);
     for (const scene::Light& l : scene.lights) add(l.texture_file);
     for (const scene::VolumeField& f : scene.volume_fields) add(f.file);
+    return paths;
+}
+
+std::vector<SceneFile> scene_files(const scene::Scene& scene) {
+    std::vector<SceneFile> files;
+    for (const std::string& path : scene_file_paths(scene))
+        files.push_back({std::filesystem::path(path).filename().string(), hash_of_file(path)});
     return files;
 }
 

@@ -25,6 +25,9 @@ struct SceneFile {
     bool operator==(const SceneFile&) const = default;
 };
 
+/// Their paths.
+std::vector<std::string> scene_file_paths(const scene::Scene& scene);
+
 /// Reads each of them, in the order in which the scene names them: once per frame.
 std::vector<SceneFile> scene_files(const scene::Scene& scene);
 

@@ -53,6 +53,12 @@ void set_missing_assets(MissingAssets policy) {
     found().policy = policy;
 }
 
+void forget_missing_assets() {
+    for (auto& count : found().counts) count = 0;
+    const std::lock_guard lock(found().mutex);
+    found().names.clear();
+}
+
 void note_missing_asset(const Diagnostic& diagnostic) {
     if (diagnostic.severity != Severity::Error) return;
     for (size_t i = 0; i < std::size(missing_asset_codes); ++i) {

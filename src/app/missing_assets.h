@@ -34,6 +34,9 @@ void set_missing_assets(MissingAssets policy);
 /// Counts the diagnostic if it is an error of missing_asset_codes. Thread-safe.
 void note_missing_asset(const Diagnostic& diagnostic);
 
+/// Before a scene is read again: what it missed no longer counts.
+void forget_missing_assets();
+
 /// "2 textures, 1 layer": what note_missing_asset counted; empty: nothing.
 std::string missing_assets_text();
 

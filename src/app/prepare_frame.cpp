@@ -245,6 +245,7 @@ Result<PreparedFrame> prepare_frame(const RenderJob& job,
     input.scene_name = std::filesystem::path(job.arguments.scene).filename().string();
     input.content_hash = loaded.content_hash;
     input.layer_names = loaded.layer_names;
+    input.layer_files = loaded.stage.layer_files();
     input.light_values = light_values(loaded, *scene, frame);
     if (!std::isnan(frame)) input.frame = frame;
     input.open_s = loaded.seconds;

@@ -10,7 +10,8 @@ namespace velatura::farm {
 
 namespace {
 
-/// How the error falls, error ∝ samples^−slope: by the last two rounds.
+/// How the error will fall, error ∝ samples^−slope: half way between that of the last two rounds
+/// and the steepest. Too few samples cost another round, too many cannot be taken back.
 double slope_of(const std::vector<ErrorAt>& errors) {
     constexpr double lowest = 0.5, highest = 0.75, usual = 0.6;
     if (errors.size() < 2) return usual;
@@ -18,7 +19,8 @@ double slope_of(const std::vector<ErrorAt>& errors) {
     const double doublings = std::log2(double(b.spp) / double(a.spp));
     // Over less than a doubling the noise of the estimates decides
     if (doublings < 1 || a.error <= 0 || b.error <= 0) return usual;
-    return std::clamp(std::log2(a.error / b.error) / doublings, lowest, highest);
+    const double seen = std::log2(a.error / b.error) / doublings;
+    return 0.5 * (std::clamp(seen, lowest, highest) + highest);
 }
 
 }  // namespace

@@ -15,9 +15,8 @@ namespace velatura::farm {
 bool needs_samples(const Job& job, const FrameResult& result);
 
 /// Samples of each pixel for which a frame is expected to reach the target: at most 4 times those
-/// that it has, as one render rounds them, to a sixteenth of a power of two. The slope
-/// of the error is that of the last two rounds; before there are two, -0.6, between independent
-/// samples and scrambled nets (statistics::ErrorCurve).
+/// that it has, in steps of a sixteenth of a power of two as one render takes them. Errors fall by
+/// a power of the samples between -0.5 and -0.75 (statistics::ErrorCurve).
 uint64_t next_spp(const Job& job, const FrameResult& result);
 
 /// Adds a round of pieces to each frame that is merged and needs samples. Returns: their numbers;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "view/camera_edits.h"
 
-#include "base/atomic_file.h"
 #include "base/math.h"
 
 #include <fmt/format.h>
@@ -23,32 +22,23 @@ std::string world_matrix(const scene::Camera& camera) {
     return text + " )";
 }
 
-std::vector<std::string> names_in(const std::string& path) {
-    std::vector<std::string> names;
-    size_t at = 1;
-    while (at < path.size()) {
-        const size_t end = std::min(path.find('/', at), path.size());
-        names.push_back(path.substr(at, end - at));
-        at = end + 1;
-    }
-    return names;
-}
-
 /// A camera of its own: focal length and apertures for the image window at distance 1.
-std::string lens(const scene::Camera& c) {
+void add_lens(const scene::Camera& c, std::vector<std::string>& lines) {
     const bool is_orthographic = c.projection == scene::Camera::Projection::Orthographic;
     // Tenths of a scene unit
     constexpr double focal_length = 50;
     const double unit = is_orthographic ? 10 : focal_length;
-    std::string text = fmt::format(
-        "float horizontalAperture = {}\nfloat verticalAperture = {}\n"
-        "float horizontalApertureOffset = {}\nfloat verticalApertureOffset = {}\n",
-        unit * (c.window_right - c.window_left), unit * (c.window_top - c.window_bottom),
-        unit * 0.5 * (c.window_right + c.window_left),
-        unit * 0.5 * (c.window_top + c.window_bottom));
-    text += is_orthographic ? std::string("token projection = \"orthographic\"\n")
-                            : fmt::format("float focalLength = {}\n", focal_length);
-    return text;
+    const auto add = [&](const char* name, double value) {
+        lines.push_back(fmt::format("float {} = {}", name, value));
+    };
+    add("horizontalAperture", unit * (c.window_right - c.window_left));
+    add("verticalAperture", unit * (c.window_top - c.window_bottom));
+    add("horizontalApertureOffset", unit * 0.5 * (c.window_right + c.window_left));
+    add("verticalApertureOffset", unit * 0.5 * (c.window_top + c.window_bottom));
+    if (is_orthographic)
+        lines.emplace_back("token projection = \"orthographic\"");
+    else
+        add("focalLength", focal_length);
 }
 
 }  // namespace
@@ -60,45 +50,20 @@ bool is_same_camera(const scene::Camera& a, const scene::Camera& b) {
            a.window_top == b.window_top;
 }
 
-std::string camera_edit(const scene::Camera& of_scene, const scene::Camera& edited) {
+PrimEdit camera_edit(const scene::Camera& of_scene, const scene::Camera& edited) {
     const bool has_prim = edited.name.size() > 1 && edited.name[0] == '/';
-    std::vector<std::string> names =
-        has_prim ? names_in(edited.name) : std::vector<std::string>{"view_camera"};
     const bool has_window = of_scene.window_left != edited.window_left ||
                             of_scene.window_right != edited.window_right ||
                             of_scene.window_bottom != edited.window_bottom ||
                             of_scene.window_top != edited.window_top;
-    std::string body = fmt::format(
-        "matrix4d xformOp:transform:view = {}\n"
-        "uniform token[] xformOpOrder = [\"!resetXformStack!\", \"xformOp:transform:view\"]\n",
-        world_matrix(edited));
+    PrimEdit edit{has_prim ? edited.name : "/view_camera", has_prim ? "" : "Camera", {}};
+    edit.lines.push_back("matrix4d xformOp:transform:view = " + world_matrix(edited));
+    edit.lines.emplace_back(
+        "uniform token[] xformOpOrder = [\"!resetXformStack!\", \"xformOp:transform:view\"]");
     if (edited.focus_distance != of_scene.focus_distance)
-        body += fmt::format("float focusDistance = {}\n", edited.focus_distance);
-    if (!has_prim || has_window) body += lens(edited);
-    std::string text = "#usda 1.0\n", indent;
-    for (size_t i = 0; i < names.size(); ++i) {
-        const bool is_camera = i + 1 == names.size();
-        text += fmt::format("{}{} \"{}\"\n{}{{\n", indent,
-                            is_camera && !has_prim ? "def Camera" : "over", names[i], indent);
-        indent += "    ";
-    }
-    for (size_t at = 0; at < body.size();) {
-        const size_t end = body.find('\n', at) + 1;
-        text += indent + body.substr(at, end - at);
-        at = end;
-    }
-    while (!indent.empty()) {
-        indent.resize(indent.size() - 4);
-        text += indent + "}\n";
-    }
-    return text;
-}
-
-Result<void> save_camera_edit(const std::string& path,
-                              const scene::Camera& of_scene,
-                              const scene::Camera& edited) {
-    if (!path.ends_with(".usda")) return Error{"bad-output", path + ": edits are saved as .usda"};
-    return write_file_atomically(path, camera_edit(of_scene, edited));
+        edit.lines.push_back(fmt::format("float focusDistance = {}", edited.focus_distance));
+    if (!has_prim || has_window) add_lens(edited, edit.lines);
+    return edit;
 }
 
 }  // namespace velatura::view

@@ -65,6 +65,7 @@ void LiveControl::request(const std::function<void(LiveRequests&)>& change) {
         change(requests_);
         if (requests_.ends) ends_ = true;
         interrupts_ = true;
+        is_waiting_ = false;
     }
     asked_.notify_all();
 }
@@ -85,12 +86,15 @@ LiveRequests LiveControl::take_requests() {
     requests_.camera.reset();
     requests_.pick.reset();
     requests_.save_as.reset();
+    requests_.lights.reset();
+    requests_.reloads = false;
     interrupts_ = false;
     return taken;
 }
 
 void LiveControl::wait_for_request() {
     std::unique_lock lock(mutex_);
+    is_waiting_ = !interrupts_;
     // Signals set a flag and wake no thread
     while (!interrupts_ && !app::StopSignals::stop_flag())
         asked_.wait_for(lock, std::chrono::milliseconds(100));

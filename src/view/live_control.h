@@ -14,6 +14,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace velatura::view {
 
@@ -33,6 +34,9 @@ struct LiveRequests {
     bool is_paused = false;
     std::optional<std::array<int, 2>> pick;  ///< pixel of the image
     std::optional<std::string> save_as;      ///< EXR file, with the sums; empty: the output
+    bool reloads = false;                    ///< files of the scene have changed
+    /// Edits of lights, as options --set, instead of those before.
+    std::optional<std::vector<std::string>> lights;
     bool ends = false;
 };
 
@@ -62,11 +66,13 @@ struct LiveStatus {
     double draft_s = 0;       ///< from camera to layers of the last first draft; 0: none
     int draft_reduction = 0;  ///< its
     size_t drafts = 0;        ///< first drafts so far
-    std::optional<scene::Camera> camera;  ///< of the image; none before the scene is read
-    Box3d bounds;                         ///< of the scene, render space
-    LivePick pick;                        ///< the last one
-    size_t picks = 0;                     ///< so far
-    std::string message;                  ///< what happened last
+    std::optional<scene::Camera> camera;        ///< of the image; none before the scene is read
+    std::optional<scene::Camera> scene_camera;  ///< as the scene has it
+    size_t loads = 0;                           ///< how often the scene was read
+    Box3d bounds;                               ///< of the scene, render space
+    LivePick pick;                              ///< the last one
+    size_t picks = 0;                           ///< so far
+    std::string message;                        ///< what happened last
     bool is_error = false;
     size_t messages = 0;  ///< so far
 };
@@ -97,6 +103,9 @@ class LiveControl {
     /// True since request(), until take_requests().
     const std::atomic<bool>& interrupts() const { return interrupts_; }
 
+    /// True in wait_for_request(): all that was asked for is done.
+    bool is_waiting() const { return is_waiting_; }
+
     /// True once the end is asked for.
     const std::atomic<bool>& ends() const { return ends_; }
 
@@ -115,7 +124,7 @@ class LiveControl {
     LiveRequests requests_;
     LiveStatus status_;
     std::optional<Result<compositor::window::RenewedLayers>> layers_;
-    std::atomic<bool> interrupts_ = false, ends_ = false;
+    std::atomic<bool> interrupts_ = false, ends_ = false, is_waiting_ = false;
 };
 
 }  // namespace velatura::view

@@ -4,15 +4,19 @@
 #include "app/accuracy.h"
 #include "app/exit_codes.h"
 #include "app/frame_writer.h"
+#include "app/missing_assets.h"
 #include "app/output_files.h"
 #include "app/render_settings.h"
 #include "app/resume.h"
+#include "app/scene_loader.h"
 #include "app/stop_signals.h"
 #include "base/box.h"
+#include "base/package_path.h"
 #include "geometry/surface_point.h"
 #include "integrator/effect_plan.h"
 #include "integrator/schedule.h"
 #include "render/draft_tracer.h"
+#include "render/scene_update.h"
 #include "view/film_levels.h"
 
 #include <fmt/format.h>
@@ -51,6 +55,21 @@ film::Window draft_window(const film::Window& w, int reduction) {
             ceil_div(w.y1, reduction)};
 }
 
+/// With its place; empty: there is none.
+std::string first_error(const Diagnostics& diagnostics) {
+    for (const Diagnostic& d : diagnostics.all())
+        if (d.severity == Severity::Error) return diagnostics.format(d);
+    return {};
+}
+
+/// Of layers that could not be read.
+size_t count_syntax_errors(const Diagnostics& diagnostics) {
+    const auto& all = diagnostics.all();
+    return size_t(std::count_if(all.begin(), all.end(), [](const Diagnostic& d) {
+        return d.code == "usd-syntax" || d.code == "usd-parse";
+    }));
+}
+
 }  // namespace
 
 LiveFrame::LiveFrame(const app::RenderJob& job,
@@ -59,10 +78,12 @@ LiveFrame::LiveFrame(const app::RenderJob& job,
                      LiveControl& control,
                      Diagnostics& diagnostics)
     : job_(job),
-      input_(input),
+      input_(&input),
+      syntax_errors_(count_syntax_errors(diagnostics)),
       writes_output_(writes_output),
       control_(control),
       diagnostics_(diagnostics),
+      watch_([&control] { control.request([](LiveRequests& r) { r.reloads = true; }); }),
       renderer_(scene::Scene(input.scene), app::render_settings(job, input)),
       first_camera_(input.scene.camera),
       edited_(Clock::now()) {
@@ -93,17 +114,17 @@ int LiveFrame::run() {
     set_phase(Phase::Building);
     renderer_.build(diagnostics_);
     needs_ =
-        app::allot_memory(job_, input_, renderer_.world().materials.textures(), 0, diagnostics_);
+        app::allot_memory(job_, *input_, renderer_.world().materials.textures(), 0, diagnostics_);
     if (!app::fits_limit(needs_, diagnostics_)) return app::MemoryReached;
     begin_anew();
-    const Box3 bounds = renderer_.world().accelerator->bounds();
-    if (!bounds.isEmpty())
-        control_.set_status(
-            [&](LiveStatus& s) { s.bounds = Box3d(Vec3d(bounds.min), Vec3d(bounds.max)); });
+    note_world();
+    watch_files();
     while (true) {
         const LiveRequests asked = control_.take_requests();
         if (is_ended()) return app::Done;
         is_moving_ = asked.is_moving;
+        if (asked.lights) light_values_ = *asked.lights;
+        if (asked.lights || asked.reloads) reload();
         if (asked.camera) set_camera(*asked.camera);
         if (asked.pick) pick(*asked.pick);
         if (asked.save_as) {
@@ -123,6 +144,106 @@ int LiveFrame::run() {
             advance();
         }
     }
+}
+
+/// After the scene was read.
+void LiveFrame::note_world() {
+    const Box3 bounds = renderer_.world().accelerator->bounds();
+    control_.set_status([&](LiveStatus& s) {
+        s.bounds = bounds.isEmpty() ? Box3d() : Box3d(Vec3d(bounds.min), Vec3d(bounds.max));
+        s.camera = renderer_.scene().camera;
+        s.scene_camera = first_camera_;
+        ++s.loads;
+    });
+}
+
+void LiveFrame::watch_files() {
+    std::vector<std::string> files;
+    for (const std::string& layer : input_->layer_files)
+        files.push_back(split_package_path(layer).front());
+    for (const std::string& path : app::scene_file_paths(input_->scene))
+        files.push_back(split_package_path(path).front());
+    watch_.watch(files);
+}
+
+/// Composes and translates the scene as it is now, with the edits of lights.
+void LiveFrame::reload() {
+    set_phase(Phase::Loading);
+    const std::vector<std::string> changed = watch_.changed_files();
+    const auto is_layer = [&](const std::string& file) {
+        return std::any_of(
+            input_->layer_files.begin(), input_->layer_files.end(),
+            [&](const std::string& layer) { return split_package_path(layer).front() == file; });
+    };
+    const bool has_other_files = !std::all_of(changed.begin(), changed.end(), is_layer);
+    app::forget_missing_assets();
+    Diagnostics diagnostics;
+    app::print_diagnostics(diagnostics, job_.arguments.quiet, job_.arguments.verbosity > 0);
+    app::AssetOptions assets = job_.arguments.assets;
+    assets.overrides.values.insert(assets.overrides.values.end(), light_values_.begin(),
+                                   light_values_.end());
+    const auto keep_image = [&](const Error& error) {
+        // The first error has the place
+        std::string why = first_error(diagnostics);
+        if (why.empty()) why = error.message;
+        diagnostics.error(error.code, {}, {}, error.message);
+        control_.report(why + "; the image is that of before", true);
+    };
+    const auto loaded = app::load_stage(job_.arguments.scene, diagnostics, assets);
+    if (!loaded) return keep_image(loaded.error());
+    // While a layer is edited it may be incomplete
+    const size_t syntax_errors = count_syntax_errors(diagnostics);
+    if (syntax_errors > syntax_errors_)
+        return keep_image({"usd-parse", "a layer of the scene cannot be read"});
+    const auto frames = app::frames_of(job_.arguments);
+    const double frame =
+        frames && !frames->empty() ? frames->front() : loaded->stage.start_time_code();
+    Result<app::PreparedFrame> prepared =
+        app::prepare_frame(job_, *loaded, frame, false, diagnostics);
+    if (!prepared) return keep_image(prepared.error());
+    syntax_errors_ = syntax_errors;
+    take_scene(std::move(*prepared), has_other_files);
+    if (const std::string error = first_error(diagnostics); !error.empty())
+        control_.report(error, true);
+}
+
+/// has_other_files: textures and the like have changed, which the scene does not show.
+void LiveFrame::take_scene(app::PreparedFrame frame, bool has_other_files) {
+    reloaded_.emplace(std::move(frame));
+    input_ = &reloaded_->input;
+    const scene::Scene& scene = *reloaded_->scene;
+    const scene::Camera seen = renderer_.scene().camera;
+    const bool is_moved = seen.render_from_camera != first_camera_.render_from_camera;
+    first_camera_ = scene.camera;
+    const render::Settings wanted = app::render_settings(job_, *input_);
+    std::string what = "files of the scene";
+    if (has_other_files || wanted.layers != renderer_.settings().layers ||
+        wanted.omitted != renderer_.settings().omitted) {
+        renderer_ = render::Renderer(scene::Scene(scene), wanted);
+    } else {
+        scene::Scene next = scene;
+        if (is_moved) next.camera = render::rebased(seen, scene.camera.world_position);
+        const render::UpdateReport report = render::update(renderer_, std::move(next));
+        what = report.text();
+        if (report.is_unchanged()) {
+            control_.report("read again: nothing has changed");
+            return watch_files();
+        }
+    }
+    if (is_moved)
+        renderer_.set_camera(render::rebased(seen, renderer_.scene().camera.world_position));
+    renderer_.schedule().snapshot_interval_s = pass_s;
+    facts_.reset();
+    mattes_ = job_.settings.layers.has_mattes()
+                  ? std::make_unique<const integrator::MatteIds>(renderer_.scene())
+                  : nullptr;
+    renderer_.build(diagnostics_);
+    needs_ =
+        app::allot_memory(job_, *input_, renderer_.world().materials.textures(), 0, diagnostics_);
+    begin_anew();
+    note_world();
+    watch_files();
+    control_.report("read again: " + what);
 }
 
 /// Nothing of the image is there.
@@ -218,7 +339,7 @@ void LiveFrame::draw_draft(int reduction) {
     info.display = draft_window(image_frame(), reduction);
     info.pixel_aspect_ratio = renderer_.scene().settings.pixel_aspect_ratio;
     if (mattes_) info.matte_names = mattes_->names();
-    info.light_values = input_.light_values;
+    info.light_values = input_->light_values;
     publish_levels(film, info, reduction);
     shown_reduction_ = reduction;
     if (!is_first) return;
@@ -274,7 +395,7 @@ void LiveFrame::advance() {
     });
     if (writes_output_) {
         set_phase(Phase::Writing);
-        write(input_.output, true);
+        write(input_->output, true);
     }
     set_phase(Phase::Finished);
 }
@@ -300,7 +421,7 @@ void LiveFrame::publish(bool is_final) {
     if (!is_final && !is_first && seconds_since(published_) < publish_s_ / longest_share) return;
     const auto start = Clock::now();
     film::FileInfo info = renderer_.file_info();
-    info.light_values = input_.light_values;
+    info.light_values = input_->light_values;
     publish_levels(renderer_.film(), info, 1);
     shown_reduction_ = 1;
     published_ = Clock::now();
@@ -318,8 +439,8 @@ void LiveFrame::publish_levels(const film::Film& film, const film::FileInfo& inf
 app::FrameFacts LiveFrame::facts_of_file() {
     if (!facts_) {
         facts_.emplace();
-        facts_->files = app::scene_files(input_.scene);
-        facts_->settings = app::frame_settings(job_, input_, facts_->files);
+        facts_->files = app::scene_files(input_->scene);
+        facts_->settings = app::frame_settings(job_, *input_, facts_->files);
     }
     app::FrameFacts facts = *facts_;
     const integrator::RenderOptions& schedule = job_.settings.schedule;
@@ -343,7 +464,7 @@ app::FrameFacts LiveFrame::facts_of_file() {
 void LiveFrame::write(const std::string& path, bool is_output) {
     if (!has_film_ || renderer_.film().noise().samples_max == 0)
         return control_.report("no samples yet: nothing to write", true);
-    app::FrameInput input = input_;
+    app::FrameInput input = *input_;
     if (!path.empty()) input.output = path;
     app::RenderJob job = job_;
     if (!is_output) job.arguments.is_resumable = true;

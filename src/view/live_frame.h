@@ -3,10 +3,12 @@
 
 #include "app/frame_settings.h"
 #include "app/memory_needs.h"
+#include "app/prepare_frame.h"
 #include "app/render_frame.h"
 #include "integrator/matte_ids.h"
 #include "render/renderer.h"
 #include "statistics/error_curve.h"
+#include "view/file_watch.h"
 #include "view/live_control.h"
 
 #include <array>
@@ -14,12 +16,14 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace velatura::view {
 
 /// One frame that is rendered while it is looked at: drafts of a few pixels first, then the passes
 /// of `velatura render`, whose film it ends with, bit for bit. After each the layers so far are
-/// published. A request interrupts it.
+/// published. A request interrupts it. When files of the scene change, it is read again, and what
+/// differs is rendered; a scene that cannot be read leaves the image as it is.
 class LiveFrame {
   public:
     /// All must outlive it; the scene of `input` is copied. writes_output: the finished film is
@@ -39,7 +43,11 @@ class LiveFrame {
     bool is_ended() const;
     image::Window image_frame() const;
     void set_phase(LiveStatus::Phase phase);
+    void note_world();
     void begin_anew();
+    void watch_files();
+    void reload();
+    void take_scene(app::PreparedFrame frame, bool has_other_files);
     void pick(const std::array<int, 2>& pixel);
     void set_camera(const scene::Camera& camera);
     int next_reduction() const;
@@ -53,10 +61,14 @@ class LiveFrame {
     app::FrameFacts facts_of_file();
 
     const app::RenderJob& job_;
-    const app::FrameInput& input_;
+    const app::FrameInput* input_;
+    std::optional<app::PreparedFrame> reloaded_;  ///< then input_ is of it
+    std::vector<std::string> light_values_;       ///< edits of lights, as options --set
+    size_t syntax_errors_;                        ///< of the scene that is rendered
     bool writes_output_;
     LiveControl& control_;
     Diagnostics& diagnostics_;
+    FileWatch watch_;
     render::Renderer renderer_;
     scene::Camera first_camera_;
     std::unique_ptr<const integrator::MatteIds> mattes_;  ///< of drafts

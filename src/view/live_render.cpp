@@ -65,9 +65,9 @@ LiveRender::~LiveRender() {
 
 bool LiveRender::is_settled() const {
     using Phase = LiveStatus::Phase;
-    if (control_.interrupts()) return false;
     const Phase phase = status().phase;
-    return phase == Phase::Finished || phase == Phase::Paused || phase == Phase::Ended;
+    if (phase == Phase::Ended) return true;
+    return control_.is_waiting() && (phase == Phase::Finished || phase == Phase::Paused);
 }
 
 void LiveRender::pause(bool is_paused) {
@@ -79,6 +79,10 @@ void LiveRender::set_camera(const scene::Camera& camera, bool is_moving) {
         r.camera = camera;
         r.is_moving = is_moving;
     });
+}
+
+void LiveRender::set_lights(std::vector<std::string> values) {
+    control_.request([&](LiveRequests& r) { r.lights = std::move(values); });
 }
 
 void LiveRender::pick(const std::array<int, 2>& pixel) {

@@ -11,6 +11,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 namespace velatura::view {
 
@@ -46,6 +47,10 @@ class LiveRender : public compositor::window::LayerSource {
 
     /// Begins the image anew. is_moving: more follow, drafts are enough.
     void set_camera(const scene::Camera& camera, bool is_moving);
+
+    /// Edits of lights, as options --set, instead of those before: the scene is read again, and
+    /// what differs is rendered.
+    void set_lights(std::vector<std::string> values);
 
     /// Finds what is seen at a pixel of the image: LiveStatus::pick.
     void pick(const std::array<int, 2>& pixel);

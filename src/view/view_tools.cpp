@@ -56,7 +56,11 @@ bool ViewTools::press(const KeyPress& key, bool is_repeat) {
         return true;
     }
     if (key == KeyPress{'S', true, true}) {
-        if (!is_repeat) save_edits();
+        if (!is_repeat) save();
+        return true;
+    }
+    if (key == plain('Z')) {
+        undo();
         return true;
     }
     if (key == plain(compositor::window::key_space)) {
@@ -66,6 +70,7 @@ bool ViewTools::press(const KeyPress& key, bool is_repeat) {
     if (!has_camera_ || !camera_) return false;
     if (key == plain('F') || key == plain('A')) {
         const bool has_pick = key.key == 'F' && !status_.pick.bounds.isEmpty();
+        keep_step();
         move_camera(frame(*camera_, has_pick ? status_.pick.bounds : status_.bounds), false);
         return true;
     }
@@ -79,7 +84,7 @@ void ViewTools::set_paused(bool is_paused) {
 
 void ViewTools::begin_frame() {
     status_ = render_.status();
-    if (!camera_ && status_.camera) first_camera_ = camera_ = status_.camera;
+    note_scene();
     if (status_.messages != messages_) {
         messages_ = status_.messages;
         desktop_.session().report(status_.message, status_.is_error);
@@ -94,6 +99,60 @@ void ViewTools::begin_frame() {
                                                 p.material.empty() ? "none" : p.material, p.depth));
 }
 
+/// When the scene was read, at first or again.
+void ViewTools::note_scene() {
+    if (status_.loads == loads_) return;
+    loads_ = status_.loads;
+    camera_ = status_.camera;
+    first_camera_ = status_.scene_camera;
+}
+
+/// Turns the faders of lights into values of the lights, which are then rendered.
+void ViewTools::bake_lights() {
+    compositor::window::Session& session = desktop_.session();
+    if (!session.has_file() || session.look().controls.empty())
+        return session.report("the faders change nothing: there is nothing to bake");
+    // What is for the eye alone stays
+    compositor::Look mix = session.look();
+    mix.exposure_stops = 0;
+    mix.display.clear();
+    mix.view.clear();
+    const auto bake = compositor::bake::bake_look(session.stack(), mix);
+    if (!bake) return session.report(bake.error().message, true);
+    std::vector<std::string> left = bake->left;
+    for (const compositor::bake::BakedLight& light : bake->lights)
+        if (light.color && light.has_color_space)
+            left.push_back(fmt::format("the color of <{}> is in another color space", light.path));
+    if (!left.empty())
+        return session.report("lights cannot do this, remove it first: " + left.front(), true);
+    keep_step();
+    steps_.back().baked = session.look().controls;
+    lights_.add(*bake);
+    render_.set_lights(lights_.values());
+    session.edit("", [](compositor::Look& look) { look.controls.clear(); });
+    session.report(fmt::format("{} light{} edited; Z undoes it", bake->lights.size(),
+                               bake->lights.size() == 1 ? "" : "s"));
+}
+
+/// Before an edit. A drag is one.
+void ViewTools::keep_step() {
+    if (camera_) steps_.push_back({*camera_, lights_, {}});
+}
+
+void ViewTools::undo() {
+    if (steps_.empty()) return desktop_.session().report("no edit of camera or lights to undo");
+    const Step step = std::move(steps_.back());
+    steps_.pop_back();
+    if (!is_same_camera(step.camera, *camera_)) move_camera(step.camera, false);
+    if (step.lights == lights_) return;
+    lights_ = step.lights;
+    render_.set_lights(lights_.values());
+    if (!step.baked.empty())
+        desktop_.session().edit("", [&](compositor::Look& look) {
+            look.controls.insert(look.controls.begin(), step.baked.begin(), step.baked.end());
+        });
+}
+
 void ViewTools::draw(Marks& marks) {
     if (button(marks, is_paused_ ? "Resume" : "Pause", "pause", "Space")) set_paused(!is_paused_);
     if (button(marks, "Write", "write", "Ctrl+S: the image so far, with the sums, to continue it"))
@@ -105,10 +164,22 @@ void ViewTools::draw(Marks& marks) {
         "nearer; a click picks. F frames it, A all. Without the switch: Alt");
     ImGui::SameLine();
     ImGui::BeginDisabled(!camera_ || is_same_camera(*camera_, *first_camera_));
-    if (button(marks, "Reset", "reset camera", "The camera of the scene"))
+    if (button(marks, "Reset", "reset camera", "The camera of the scene")) {
+        keep_step();
         move_camera(*first_camera_, false);
-    if (button(marks, "Save edits", "save edits", "Ctrl+Shift+S: the camera as a USD layer"))
-        save_edits();
+    }
+    ImGui::EndDisabled();
+    if (button(marks, "Bake into lights", "bake lights",
+               "Makes the faders of lights values of the lights, and renders them"))
+        bake_lights();
+    ImGui::BeginDisabled(steps_.empty());
+    if (button(marks, "Undo edit", "undo edit", "Z: the last move of the camera or bake")) undo();
+    ImGui::EndDisabled();
+    ImGui::BeginDisabled(!camera_ ||
+                         (is_same_camera(*camera_, *first_camera_) && lights_.is_empty()));
+    if (button(marks, "Save edits", "save edits",
+               "Ctrl+Shift+S: camera and lights as a USD layer over the scene"))
+        save();
     ImGui::EndDisabled();
     ImGui::NewLine();
 }
@@ -152,7 +223,7 @@ void ViewTools::begin_drag(const ImageMouse& mouse) {
 }
 
 void ViewTools::drag(const std::array<float, 2>& moved) {
-    is_moved_ = true;
+    if (!std::exchange(is_moved_, true)) keep_step();
     const double dx = double(moved[0]), dy = double(moved[1]);
     const scene::Camera& c = *camera_;
     switch (move_) {
@@ -179,12 +250,16 @@ void ViewTools::drag(const std::array<float, 2>& moved) {
 }
 
 void ViewTools::turn_wheel(float notches) {
+    keep_step();
     move_camera(dolly(*camera_, pivot(), std::pow(dolly_per_notch, double(notches))), false);
 }
 
-void ViewTools::save_edits() {
+void ViewTools::save() {
     if (!camera_ || !first_camera_) return;
-    const auto saved = save_camera_edit(edits_, *first_camera_, *camera_);
+    std::vector<PrimEdit> edits = lights_.opinions();
+    if (!is_same_camera(*camera_, *first_camera_) || edits.empty())
+        edits.push_back(camera_edit(*first_camera_, *camera_));
+    const auto saved = save_edits(edits_, edits);
     if (!saved) return desktop_.session().report(saved.error().message, true);
     desktop_.session().report(
         fmt::format("saved {}; `velatura render --session {}` renders it", edits_, edits_));

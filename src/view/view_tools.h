@@ -3,11 +3,13 @@
 
 #include "compositor/window/desktop.h"
 #include "scene/camera.h"
+#include "view/light_edits.h"
 #include "view/live_render.h"
 
 #include <array>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace velatura::view {
 
@@ -37,13 +39,27 @@ class ViewTools {
     void turn_wheel(float notches);
     Vec3d pivot() const;
     void move_camera(const scene::Camera& camera, bool is_moving);
-    void save_edits();
+    void note_scene();
+    void bake_lights();
+    void keep_step();
+    void undo();
+    void save();
+
+    /// Edits of the scene at a moment, and what of the look became edits of lights behind it.
+    struct Step {
+        scene::Camera camera;
+        LightEdits lights;
+        std::vector<compositor::Control> baked;
+    };
 
     LiveRender& render_;
     compositor::window::Desktop& desktop_;
     std::string edits_;
     std::optional<scene::Camera> first_camera_, camera_;  ///< of the scene; that is asked for
-    LiveStatus status_;                                   ///< of this frame
+    LightEdits lights_;
+    std::vector<Step> steps_;  ///< before each edit: to undo it
+    LiveStatus status_;        ///< of this frame
+    size_t loads_ = 0;         ///< of the scene, that were noticed
     bool is_paused_ = false;
     bool has_camera_ = false;  ///< the mouse moves the camera; else it does with Alt alone
     Move move_ = Move::None;

@@ -275,9 +275,10 @@ TEST_F(FarmJob, ARoundHasTheSamplesThatTheErrorAsksFor) {
     r.errors = {{64, 0.02, false}};
     EXPECT_TRUE(needs_samples(job, r));
     EXPECT_EQ(next_spp(job, r), 208u);
-    // By the slope of the last two rounds, -0.5: 256 x 1.5^2 = 576, a multiple of 512 / 16
+    // The last two rounds had -0.5, the steepest is -0.75: 256 x 1.5^(1/0.625) = 489.8, in steps of
+    // 256 / 16
     r.errors = {{64, 0.03, false}, {256, 0.015, false}};
-    EXPECT_EQ(next_spp(job, r), 576u);
+    EXPECT_EQ(next_spp(job, r), 496u);
     // At most 4 times, at least a step, not beyond the limit
     r.errors = {{64, 0.9, false}};
     EXPECT_EQ(next_spp(job, r), 256u);

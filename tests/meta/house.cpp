@@ -76,7 +76,7 @@ const std::map<std::string, std::set<std::string>>& tier_table() {
                       "usd/materialx", "usd/compose", "usd/stage", "translate", "integrator",
                       "render", "selftest", "study", "farm", "base/process"})},
         {"view", with({"app", "integrator", "render", "base/process", "compositor/io",
-                       "compositor/look", "compositor/window"})},
+                       "compositor/look", "compositor/bake", "compositor/window"})},
         {"python",
          with({"app", "plugin", "render", "translate", "integrator", "usd/layer", "usd/stage",
                "compositor/io", "compositor/look", "compositor/mix", "compositor/noise"})},

@@ -38,7 +38,7 @@ TEST(CameraEdits, AreOpinionsOverTheCameraOfTheScene) {
     const scene::Camera first = camera_of(w.path("scene.usda"));
     scene::Camera edited = orbit(first, Vec3d(0, -1, -4), {0, 1, 0}, 33, 12);
     edited.focus_distance = 3.5;
-    ASSERT_TRUE(save_camera_edit(w.path("look.usda"), first, edited).has_value());
+    ASSERT_TRUE(save_edits(w.path("look.usda"), {camera_edit(first, edited)}).has_value());
     w.write("edited.usda",
             "#usda 1.0\n(\n    defaultPrim = \"W\"\n    subLayers = [@look.usda@, "
             "@scene.usda@]\n)\n");
@@ -69,7 +69,7 @@ def DistantLight "Sun"
 )");
     const scene::Camera first = camera_of(w.path("scene.usda"));
     const scene::Camera edited = orbit(first, -first.world_position, {0, 1, 0}, 45, 0);
-    ASSERT_TRUE(save_camera_edit(w.path("look.usda"), first, edited).has_value());
+    ASSERT_TRUE(save_edits(w.path("look.usda"), {camera_edit(first, edited)}).has_value());
     w.write("edited.usda", "#usda 1.0\n(\n    subLayers = [@look.usda@, @scene.usda@]\n)\n");
     const scene::Camera read = camera_of(w.path("edited.usda"));
     expect_same_view(read, edited);
@@ -78,7 +78,7 @@ def DistantLight "Sun"
 }
 
 TEST(CameraEdits, AreSavedAsUsda) {
-    const auto saved = save_camera_edit("look.exr", {}, {});
+    const auto saved = save_edits("look.exr", {});
     ASSERT_FALSE(saved.has_value());
     EXPECT_EQ(saved.error().code, "bad-output");
 }

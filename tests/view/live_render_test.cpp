@@ -5,12 +5,17 @@
 #include "app/exit_codes.h"
 #include "base/atomic_file.h"
 #include "compositor/io/layer_stack.h"
+#include "view/file_watch.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
+#include <filesystem>
 #include <functional>
 #include <memory>
+#include <random>
 #include <string>
 #include <thread>
 #include <vector>
@@ -176,6 +181,132 @@ TEST_F(LiveRenderTest, ASceneThatCannotBeReadEndsIt) {
     LiveRender render(a, [] {});
     wait_for(render, Phase::Ended);
     EXPECT_EQ(render.exit_code(), app::RenderError);
+}
+
+/// The scene with another radius of the ball.
+std::string scene_with_radius(const std::string& radius) {
+    std::string scene = test::small_scene();
+    const std::string was = "double radius = 0.6";
+    return scene.replace(scene.find(was), was.size(), "double radius = " + radius);
+}
+
+TEST_F(LiveRenderTest, AFileThatChangesIsReadAgain) {
+    LiveRender render(arguments_of(w_, "live.exr"), [] {});
+    wait_for(render, Phase::Finished);
+    size_t messages = render.status().messages;
+    const auto wait_for_message = [&](const std::string& start) {
+        wait(render, [&](const LiveStatus& s) {
+            return s.messages > messages && s.message.starts_with(start);
+        });
+        messages = render.status().messages;
+    };
+    // Broken: the image stays, the place is named
+    w_.write("scene.usda", "#usda 1.0\ndef Sphere \"Ball\"\n{\n    double radius = = 1\n}\n");
+    wait(render, [&](const LiveStatus& s) { return s.messages > messages; });
+    EXPECT_TRUE(render.status().is_error);
+    EXPECT_NE(render.status().message.find("scene.usda:4:"), std::string::npos)
+        << render.status().message;
+    messages = render.status().messages;
+    const size_t loads = render.status().loads;
+
+    // Mended, with another ball: the file is that of the command
+    w_.write("scene.usda", scene_with_radius("0.45"));
+    wait_for_message("wrote");
+    EXPECT_GT(render.status().loads, loads);
+    ASSERT_EQ(w_.velatura("render scene.usda -o command.exr" + options).exit_code, 0);
+    EXPECT_TRUE(bytes("live.exr") == bytes("command.exr"));
+
+    // The same bytes again: nothing is rendered
+    w_.write("scene.usda", scene_with_radius("0.45"));
+    wait_for_message("read again: nothing");
+    EXPECT_EQ(render.status().phase, Phase::Finished);
+}
+
+TEST_F(LiveRenderTest, EditedLightsAreThoseOfTheCommand) {
+    LiveRender render(arguments_of(w_, "live.exr"), [] {});
+    wait_for(render, Phase::Finished);
+    size_t messages = render.status().messages;
+    const auto wait_for_file = [&] {
+        wait(render, [&](const LiveStatus& s) {
+            return s.messages > messages && s.message.starts_with("wrote");
+        });
+        messages = render.status().messages;
+    };
+    render.set_lights(
+        {"float /W/key.inputs:intensity=3", "color3f /W/lamp.inputs:color=(1, 0.5, 0.25)"});
+    wait_for_file();
+    ASSERT_EQ(w_.velatura("render scene.usda -o edited.exr --set 'float /W/key.inputs:intensity=3' "
+                          "--set 'color3f /W/lamp.inputs:color=(1, 0.5, 0.25)'" +
+                          options)
+                  .exit_code,
+              0);
+    EXPECT_EQ(w_.hash("live.exr"), w_.hash("edited.exr"));
+    render.set_lights({});
+    wait_for_file();
+    EXPECT_TRUE(bytes("live.exr") == bytes("command.exr"));
+}
+
+/// 40 edits of lights, files and camera in a fixed random order, some of which overtake others.
+TEST_F(LiveRenderTest, AnySequenceOfEditsEndsInTheImageOfTheCommand) {
+    app::RenderArguments a = arguments_of(w_, "live.exr");
+    a.spp = 4;
+    LiveRender render(a, [] {});
+    wait(render, [](const LiveStatus& s) { return s.camera.has_value(); });
+    const scene::Camera first = *render.status().camera;
+    std::mt19937 random(11);
+    for (int i = 0; i < 40; ++i) {
+        switch (random() % 4) {
+            case 0:
+                render.set_lights({fmt::format("float /W/key.inputs:intensity={}", random() % 9)});
+                break;
+            case 1:
+                w_.write("scene.usda", scene_with_radius(fmt::format("0.{}", 3 + random() % 5)));
+                break;
+            case 2:
+                render.set_camera(moved(first), random() % 2 == 0);
+                break;
+            default:
+                render.set_camera(first, false);
+        }
+        std::this_thread::sleep_for(std::chrono::milliseconds(random() % 200));
+    }
+    w_.write("scene.usda", scene_with_radius("0.5"));
+    render.set_camera(first, false);
+    render.set_lights({"float /W/lamp.inputs:intensity=7"});
+    // Until the last file was read and its image written
+    std::this_thread::sleep_for(std::chrono::milliseconds(1600));
+    wait_for(render, Phase::Finished);
+    ASSERT_EQ(w_.velatura("render scene.usda -o edited.exr --set 'float "
+                          "/W/lamp.inputs:intensity=7' --res 60 41 --spp 4 --bounces 2 --seed 3 -q")
+                  .exit_code,
+              0);
+    EXPECT_EQ(w_.hash("live.exr"), w_.hash("edited.exr"));
+}
+
+TEST(FileWatch, ReportsFilesThatChangedAndAreAtRest) {
+    const test::Workplace w;
+    w.write("a", "1");
+    w.write("b", "1");
+    std::atomic<int> calls = 0;
+    FileWatch watch([&] { ++calls; });
+    watch.watch({w.path("a"), w.path("b"), w.path("c")});
+    const auto wait_for_calls = [&](int count) {
+        for (int i = 0; i < 400 && calls < count; ++i)
+            std::this_thread::sleep_for(std::chrono::milliseconds(25));
+        EXPECT_EQ(calls, count);
+    };
+    EXPECT_TRUE(watch.changed_files().empty());
+    w.write("b", "12");
+    EXPECT_EQ(watch.changed_files(), std::vector<std::string>{w.path("b")});
+    wait_for_calls(1);
+    w.write("c", "");
+    wait_for_calls(2);
+    EXPECT_EQ(watch.changed_files(), (std::vector<std::string>{w.path("b"), w.path("c")}));
+    watch.watch({w.path("a")});
+    w.write("b", "123");
+    std::filesystem::remove(w.path("a"));
+    wait_for_calls(3);
+    EXPECT_EQ(watch.changed_files(), std::vector<std::string>{w.path("a")});
 }
 
 TEST(LiveArguments, OptionsWithoutEffectAreRefused) {

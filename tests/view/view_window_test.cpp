@@ -97,6 +97,26 @@ TEST_F(ViewWindowTest, TheMouseMovesTheCameraPicksAndSavesEdits) {
     expect_same_image("orbited.png", "orbited_mix.png");
 }
 
+TEST_F(ViewWindowTest, FadersBecomeLightsAndAreUndone) {
+    const Outcome played = play("--edits look.usda -o live.exr",
+                                "wait\ndrag \"gain key\" 40 0\nwait\nclick \"mute sky\"\nwait\n"
+                                "click \"bake lights\"\nframes 5\nwait\nkey ctrl+shift+s\n"
+                                "frames 5\nkey 1\nwait\nscreenshot baked.png picture\n"
+                                "screenshot status.png status\n"
+                                "key z\nframes 5\nwait\n");
+    ASSERT_EQ(played.code, 0) << played.output;
+    const std::string edits = bytes("look.usda");
+    EXPECT_NE(edits.find("over \"sky\""), std::string::npos) << edits;
+    EXPECT_EQ(edits.find("Camera"), std::string::npos) << "the camera is that of the scene";
+    ASSERT_EQ(w_.velatura("render scene.usda --session look.usda -o baked.exr" + options).exit_code,
+              0);
+    ASSERT_EQ(w_.comp("mix baked.exr -o baked_mix.png").exit_code, 0);
+    expect_same_image("baked.png", "baked_mix.png");
+    // Undone: the lights of the scene again
+    ASSERT_EQ(w_.velatura("render scene.usda -o command.exr" + options).exit_code, 0);
+    EXPECT_TRUE(bytes("live.exr") == bytes("command.exr"));
+}
+
 TEST_F(ViewWindowTest, ASceneThatCannotBeReadClosesIt) {
     w_.write("scene.usda", "no scene");
     const Outcome broken = play("", "wait\n");
