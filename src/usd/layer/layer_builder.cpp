@@ -164,7 +164,8 @@ Result<void> LayerBuilder::set_targets(Path relationship, std::vector<Path> targ
         return failure(relationship, "not the path of a relationship");
     if (const Result<Spec*> prim = prim_spec(relationship.parent()); !prim) return prim.error();
     for (const Path& target : targets)
-        if (!target.is_absolute()) return failure(relationship, "a target must be an absolute path");
+        if (!target.is_absolute())
+            return failure(relationship, "a target must be an absolute path");
     if (const Spec* const known = find(relationship);
         known && known->kind() != SpecKind::Relationship)
         return failure(relationship, "is an attribute");
