@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "plugins/hydra/geometry_prim.h"
 
+#include "plugins/hydra/light_inputs.h"
+
 #include <pxr/imaging/hd/basisCurvesTopology.h>
 #include <pxr/imaging/hd/changeTracker.h>
 #include <pxr/imaging/hd/instancer.h>
@@ -108,6 +110,13 @@ void GeometryPrim::Sync(HdSceneDelegate* delegate,
     SetMaterialId(delegate->GetMaterialId(id));
     GeometryRecord record;
     record.prim = author(*delegate);
+    if (is_light(*delegate)) {
+        record.prim.apply_schema("MeshLightAPI");
+        author_light(*delegate, id, record.prim);
+        record.prim.set("light:materialSyncMode",
+                        delegate->GetLightParamValue(id, HdTokens->materialSyncMode));
+        record.links = read_links(*delegate, id);
+    }
     record.transform = delegate->GetTransform(id);
     record.instancer = GetInstancerId();
     if (!record.instancer.IsEmpty())
@@ -119,6 +128,11 @@ void GeometryPrim::Sync(HdSceneDelegate* delegate,
     _sharedData.visible = record.is_visible;
     records_.set_geometry(id, std::move(record));
     *dirty_bits &= ~HdDirtyBits(HdChangeTracker::AllSceneDirtyBits);
+}
+
+bool GeometryPrim::is_light(HdSceneDelegate& delegate) const {
+    return type_ == HdPrimTypeTokens->mesh &&
+           delegate.GetLightParamValue(GetId(), HdTokens->isLight).GetWithDefault(false);
 }
 
 void GeometryPrim::Finalize(HdRenderParam* param) {

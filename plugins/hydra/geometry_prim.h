@@ -27,6 +27,7 @@ class GeometryPrim final : public PXR_NS::HdRprim {
     void _InitRepr(const PXR_NS::TfToken& repr, PXR_NS::HdDirtyBits* dirty_bits) override;
 
   private:
+    bool is_light(PXR_NS::HdSceneDelegate& delegate) const;
     AuthoredPrim author(PXR_NS::HdSceneDelegate& delegate) const;
     void author_mesh(PXR_NS::HdSceneDelegate& delegate, AuthoredPrim& prim) const;
     void author_curves(PXR_NS::HdSceneDelegate& delegate, AuthoredPrim& prim) const;

@@ -1,17 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "plugins/hydra/render_loop.h"
 
+#include "base/atomic_file.h"
 #include "integrator/schedule.h"
 #include "render/draft_tracer.h"
 #include "render/load_scene.h"
 #include "render/scene_update.h"
 #include "usd/layer/layer_builder.h"
 #include "usd/stage/open_layer.h"
+#include "usd/text/writer.h"
 
 #include <pxr/base/tf/diagnostic.h>
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
+#include <memory>
 #include <utility>
 
 namespace velatura::hydra {
@@ -40,6 +44,15 @@ void author_settings(const RenderJob& job, LayerBuilder& builder) {
     settings.set_token("aspectRatioConformPolicy", job.aspect_conform);
     settings.target("camera", {Path::from(job.camera_path)});
     settings.author(builder, Path::from(settings_path));
+}
+
+/// $VELATURA_HYDRA_LAYER: a file (.usda) that receives what Hydra told of the scene.
+void write_layer(const usd::layer::Layer& layer) {
+    const char* const file = std::getenv("VELATURA_HYDRA_LAYER");
+    if (!file) return;
+    if (const Result<void> ok = write_file_atomically(file, usd::text::write_text_layer(layer));
+        !ok)
+        TF_WARN("velatura: %s", ok.error().message.c_str());
 }
 
 /// What makes another scene or other layers of it.
@@ -197,8 +210,9 @@ Result<scene::Scene> RenderLoop::translate(const RenderJob& job, bool has_conten
     if (has_content) places = records_.author(builder, job.render_tags);
     job.camera.author(builder, Path::from(job.camera_path));
     author_settings(job, builder);
-    const Result<usd::stage::Stage> stage =
-        usd::stage::open_layer(builder.layer(), {}, diagnostics_);
+    const std::shared_ptr<usd::layer::Layer> layer = builder.layer();
+    if (has_content) write_layer(*layer);
+    const Result<usd::stage::Stage> stage = usd::stage::open_layer(layer, {}, diagnostics_);
     if (!stage) return stage.error();
     render::LoadOptions options;
     options.translate.settings = settings_path;

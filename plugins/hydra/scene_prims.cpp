@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "plugins/hydra/scene_prims.h"
 
+#include "plugins/hydra/light_inputs.h"
+
 #include <pxr/imaging/hd/changeTracker.h>
 #include <pxr/imaging/hd/sceneDelegate.h>
 #include <pxr/imaging/hd/tokens.h>
-#include <pxr/usd/sdf/assetPath.h>
 
-#include <array>
 #include <map>
 #include <optional>
 #include <string>
@@ -32,68 +32,6 @@ const std::map<TfToken, std::string>& light_table() {
         {HdPrimTypeTokens->sphereLight, "SphereLight"},
     };
     return table;
-}
-
-/// Inputs of all lights, by the names that Hydra has for them.
-constexpr std::array light_inputs = {"color",
-                                     "intensity",
-                                     "exposure",
-                                     "diffuse",
-                                     "specular",
-                                     "normalize",
-                                     "enableColorTemperature",
-                                     "colorTemperature",
-                                     "width",
-                                     "height",
-                                     "radius",
-                                     "length",
-                                     "angle",
-                                     "texture:file",
-                                     "texture:format"};
-
-constexpr std::array shadow_inputs = {"shadow:enable", "shadow:color", "shadow:distance",
-                                      "shadow:falloff", "shadow:falloffGamma"};
-
-constexpr std::array shaping_inputs = {
-    "shaping:focus",    "shaping:focusTint",      "shaping:cone:angle",   "shaping:cone:softness",
-    "shaping:ies:file", "shaping:ies:angleScale", "shaping:ies:normalize"};
-
-/// What names a light group (docs/reference/usd_support.md).
-constexpr std::array group_attributes = {"velatura:light:group", "karma:light:lpetag",
-                                         "primvars:arnold:aov"};
-
-/// Hydra gives the fallback of a cone that nobody authored as well; 90 degrees would halve a light.
-bool is_fallback_cone(const std::string& name, const VtValue& value) {
-    return name == "shaping:cone:angle" && value.IsHolding<float>() &&
-           value.UncheckedGet<float>() == 90.0f;
-}
-
-bool is_empty_asset(const VtValue& value) {
-    return value.IsHolding<SdfAssetPath>() &&
-           value.UncheckedGet<SdfAssetPath>().GetAssetPath().empty();
-}
-
-/// Whether some input was authored. Returns: whether one was.
-template <class Names>
-bool author_inputs(HdSceneDelegate& delegate,
-                   const SdfPath& id,
-                   const Names& names,
-                   AuthoredPrim& prim) {
-    bool is_any = false;
-    for (const char* const name : names) {
-        const VtValue value = delegate.GetLightParamValue(id, TfToken(name));
-        if (value.IsEmpty() || is_fallback_cone(name, value) || is_empty_asset(value)) continue;
-        const bool is_color = value.IsHolding<GfVec3f>();
-        prim.set(std::string("inputs:") + name, value,
-                 is_color ? HdPrimvarRoleTokens->color : TfToken());
-        is_any = true;
-    }
-    return is_any;
-}
-
-TfToken link(HdSceneDelegate& delegate, const SdfPath& id, const TfToken& name) {
-    const VtValue value = delegate.GetLightParamValue(id, name);
-    return value.IsHolding<TfToken>() ? value.UncheckedGet<TfToken>() : TfToken();
 }
 
 /// Name of a node's prim below its material.
@@ -133,7 +71,7 @@ void author_node(const SdfPath& material,
         constexpr std::string_view color_space = "colorSpace:", type_name = "typeName:";
         if (text.starts_with(type_name)) continue;
         if (text.starts_with(color_space)) {
-            if (value.IsHolding<TfToken>())
+            if (value.IsHolding<TfToken>() && !value.UncheckedGet<TfToken>().IsEmpty())
                 shader.add_metadata("inputs:" + text.substr(color_space.size()), "colorSpace",
                                     Value(Token(value.UncheckedGet<TfToken>().GetString())));
             continue;
@@ -205,16 +143,8 @@ void LightPrim::Sync(HdSceneDelegate* delegate, HdRenderParam* param, HdDirtyBit
     LightRecord record;
     record.prim = AuthoredPrim(light_table().at(type_));
     record.prim.set_transform(delegate->GetTransform(id), true);
-    author_inputs(*delegate, id, light_inputs, record.prim);
-    if (author_inputs(*delegate, id, shadow_inputs, record.prim))
-        record.prim.apply_schema("ShadowAPI");
-    if (author_inputs(*delegate, id, shaping_inputs, record.prim))
-        record.prim.apply_schema("ShapingAPI");
-    for (const char* const name : group_attributes)
-        if (const VtValue value = delegate->GetLightParamValue(id, TfToken(name)); !value.IsEmpty())
-            record.prim.set(name, value);
-    record.light_link = link(*delegate, id, HdTokens->lightLink);
-    record.shadow_link = link(*delegate, id, HdTokens->shadowLink);
+    author_light(*delegate, id, record.prim);
+    record.links = read_links(*delegate, id);
     records_.set_light(id, std::move(record));
     *dirty_bits = Clean;
 }

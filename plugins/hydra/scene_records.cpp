@@ -58,6 +58,11 @@ class LayerAuthor {
         for (const auto& [id, record] : instancers_)
             if (record.parent.IsEmpty()) author_instancer(id, record, to_path(id), true);
         for (const auto& [id, record] : lights_) author_light(id, record);
+        for (const auto& [path, record] : mesh_lights_) {
+            AuthoredPrim prim("Mesh");
+            set_links(prim, record->links);
+            prim.author(builder_, path);
+        }
         return std::move(places_);
     }
 
@@ -83,6 +88,9 @@ class LayerAuthor {
         prim.author(builder_, path);
         places_.prim_ids[path.to_string()] = record.prim_id;
         for (const TfToken& category : record.categories) add_member(category, path);
+        // What they light is known when all geometry is
+        if (!record.links.light.IsEmpty() || !record.links.shadow.IsEmpty())
+            mesh_lights_.emplace_back(path, &record);
     }
 
     void author_instancer(const SdfPath& id,
@@ -210,9 +218,13 @@ class LayerAuthor {
 
     void author_light(const SdfPath& id, const LightRecord& record) {
         AuthoredPrim prim = record.prim;
-        set_link(prim, "lightLink", record.light_link);
-        set_link(prim, "shadowLink", record.shadow_link);
+        set_links(prim, record.links);
         prim.author(builder_, to_path(id));
+    }
+
+    void set_links(AuthoredPrim& prim, const LightLinkNames& links) const {
+        set_link(prim, "lightLink", links.light);
+        set_link(prim, "shadowLink", links.shadow);
     }
 
     /// The collection of what Hydra says to be in the category.
@@ -233,6 +245,7 @@ class LayerAuthor {
     LayerBuilder& builder_;
     std::map<SdfPath, std::vector<PrototypeGroup>> groups_;
     std::map<TfToken, std::vector<Path>> members_;
+    std::vector<std::pair<Path, const GeometryRecord*>> mesh_lights_;  ///< with links
     LayerPlaces places_;
 };
 

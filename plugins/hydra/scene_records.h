@@ -20,6 +20,11 @@
 
 namespace velatura::hydra {
 
+/// Categories that a light refers to; empty: everything.
+struct LightLinkNames {
+    PXR_NS::TfToken light, shadow;
+};
+
 /// A mesh, curves, points, a quadric or a volume.
 struct GeometryRecord {
     AuthoredPrim prim;
@@ -28,13 +33,14 @@ struct GeometryRecord {
     PXR_NS::VtIntArray instance_indices;  ///< into the primvars of the instancer
     PXR_NS::TfToken render_tag;
     PXR_NS::VtTokenArray categories;  ///< links of lights that it is in
+    LightLinkNames links;             ///< of geometry that is a light
     bool is_visible = true;
     int prim_id = -1;
 };
 
 struct LightRecord {
     AuthoredPrim prim;
-    PXR_NS::TfToken light_link, shadow_link;  ///< categories; empty: everything
+    LightLinkNames links;
 };
 
 /// A point instancer, or native instances, whose places are matrices.

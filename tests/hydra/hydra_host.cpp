@@ -88,6 +88,8 @@ Host::Host(UsdStageRefPtr stage,
     if (frontend == Frontend::SceneDelegate) {
         imaging_ = std::make_unique<UsdImagingDelegate>(index_.get(), root);
         imaging_->SetDisplayRender(true);
+        // As in files
+        imaging_->SetWindowPolicy(CameraUtilFit);
         imaging_->Populate(stage_->GetPseudoRoot());
         imaging_->SetTime(UsdTimeCode(stage_->GetStartTimeCode()));
     } else {
