@@ -20,6 +20,7 @@
 #include <pxr/usd/usdShade/materialBindingAPI.h>
 #include <pxr/usd/usdShade/shader.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdlib>
@@ -114,6 +115,13 @@ std::string name_of(Frontend frontend) {
 void compare_with_file(const std::string& file, Frontend frontend, bool is_same) {
     const std::optional<Reference> reference = render_file(file, quick());
     ASSERT_TRUE(reference.has_value());
+    // Something is seen
+    float darkest = reference->rgba[0], brightest = darkest;
+    for (size_t i = 0; i < reference->rgba.size(); i += 4) {
+        darkest = std::min(darkest, reference->rgba[i]);
+        brightest = std::max(brightest, reference->rgba[i]);
+    }
+    EXPECT_LT(darkest, brightest);
     const UsdStageRefPtr stage = UsdStage::Open(file);
     ASSERT_TRUE(stage);
     Host host(stage, frontend, SdfPath(reference->camera), width, height, quick());
@@ -385,6 +393,83 @@ def DomeLight "Sky"
 }
 )usda";
 
+UsdStageRefPtr room_stage();
+
+/// Instancers in prototypes of others, and in native instances.
+constexpr const char* nested = R"usda(#usda 1.0
+def Camera "Cam"
+{
+    float focalLength = 24
+    float2 clippingRange = (0.1, 1000)
+    double3 xformOp:translate = (0, 1, 9)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+def PointInstancer "Outer"
+{
+    int[] protoIndices = [0, 0, 0]
+    point3f[] positions = [(-2, 0, 0), (0, 0.5, 0), (2, 0, 0)]
+    quath[] orientations = [(1, 0, 0, 0), (0.5, 0.5, 0.5, 0.5), (1, 0, 0, 0)]
+    double3 xformOp:translate = (0, 0.25, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+    rel prototypes = [</Outer/Bush>]
+    def Xform "Bush"
+    {
+        double3 xformOp:scale = (0.5, 0.5, 0.5)
+        uniform token[] xformOpOrder = ["xformOp:scale"]
+        def PointInstancer "Inner"
+        {
+            int[] protoIndices = [0, 0]
+            point3f[] positions = [(-0.5, 0, 0), (0.5, 0, 0.25)]
+            float3[] scales = [(1, 1, 1), (1, 2, 1)]
+            rel prototypes = [</Outer/Bush/Inner/Leaf>]
+            def Mesh "Leaf"
+            {
+                int[] faceVertexCounts = [3]
+                int[] faceVertexIndices = [0, 1, 2]
+                point3f[] points = [(-0.5, 0, 0), (0.5, 0, 0), (0, 1, 0.25)]
+                uniform token subdivisionScheme = "none"
+                color3f[] primvars:displayColor = [(0.25, 0.75, 0.25)]
+            }
+        }
+    }
+}
+class Xform "Tree"
+{
+    def PointInstancer "Crown"
+    {
+        int[] protoIndices = [0, 0]
+        point3f[] positions = [(0, 1, 0), (0.25, 1.5, 0)]
+        rel prototypes = [</Tree/Crown/Leaf>]
+        def Mesh "Leaf"
+        {
+            int[] faceVertexCounts = [3]
+            int[] faceVertexIndices = [0, 1, 2]
+            point3f[] points = [(-0.25, 0, 0), (0.25, 0, 0), (0, 0.5, 0.25)]
+            uniform token subdivisionScheme = "none"
+        }
+    }
+}
+def Xform "Tree1" (instanceable = true
+    inherits = </Tree>)
+{
+    double3 xformOp:translate = (-1, 0, 2)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+def Xform "Tree2" (instanceable = true
+    inherits = </Tree>)
+{
+    double3 xformOp:translate = (1, 0, 2)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+def DistantLight "Sun"
+{
+    float inputs:intensity = 2
+    float inputs:angle = 1
+    float3 xformOp:rotateXYZ = (-30, 20, 0)
+    uniform token[] xformOpOrder = ["xformOp:rotateXYZ"]
+}
+)usda";
+
 void compare_text(const std::string& text, const std::string& name) {
     const std::string file =
         (std::filesystem::temp_directory_path() / ("velatura_hydra_" + name + ".usda")).string();
@@ -398,12 +483,60 @@ TEST(Hydra, InstancesAndSubsetsAreTheImageOfTheirFile) {
     compare_text(instanced, "instanced");
 }
 
+TEST(Hydra, NestedInstancersAreTheImageOfTheirFile) {
+    compare_text(nested, "nested");
+}
+
+TEST(HydraAssets, VolumesAreTheImageOfTheirFile) {
+    const std::filesystem::path grid =
+        test_assets() / "openusd/imaging/testUsdImagingGLVdbVolume/smoke_000002.vdb";
+    if (!std::filesystem::exists(grid)) GTEST_SKIP() << "no assets";
+    compare_text(fmt::format(R"usda(#usda 1.0
+def Camera "Cam"
+{{
+    float focalLength = 24
+    float2 clippingRange = (0.1, 100000)
+    double3 xformOp:translate = (0, 0, 30)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}}
+def Volume "Smoke"
+{{
+    rel field:density = </Smoke/Density>
+    def OpenVDBAsset "Density"
+    {{
+        asset filePath = @{}@
+        token fieldName = "density"
+    }}
+}}
+def DistantLight "Sun"
+{{
+    float inputs:intensity = 2
+}}
+def DomeLight "Sky"
+{{
+    float inputs:intensity = 0.5
+}}
+)usda",
+                             std::filesystem::canonical(grid).string()),
+                 "volume");
+}
+
+TEST(Hydra, EndsWhileItRenders) {
+    HostSettings settings = quick();
+    settings.spp = 1 << 16;
+    for (int i = 0; i < 20; ++i) {
+        Host host(room_stage(), Frontend::SceneDelegate, SdfPath("/Cam"), 64, 48, settings);
+        host.step();
+        EXPECT_FALSE(host.is_converged());
+    }
+}
+
 TEST(Hydra, ShapesAndLightsAreTheImageOfTheirFile) {
     compare_text(shapes, "shapes");
 }
 
 /// A stage for edits.
-UsdStageRefPtr room() {
+UsdStageRefPtr room_stage() {
     const UsdStageRefPtr stage = UsdStage::CreateInMemory();
     UsdGeomCamera camera = UsdGeomCamera::Define(stage, SdfPath("/Cam"));
     UsdGeomXformCommonAPI(camera).SetTranslate(GfVec3d(0, 1, 5));
@@ -513,7 +646,7 @@ TEST(HydraEdits, EndInTheImageOfTheFinalStage) {
     std::uniform_real_distribution<double> number(0.0, 1.0);
     const SdfPath camera("/Cam");
     for (const Frontend frontend : {Frontend::SceneDelegate, Frontend::SceneIndex}) {
-        const UsdStageRefPtr stage = room();
+        const UsdStageRefPtr stage = room_stage();
         Host host(stage, frontend, camera, 16, 12, settings);
         host.finish();
         for (int i = 0; i < sequence_count(); ++i) {
@@ -565,7 +698,7 @@ TEST(HydraAovs, LayersSumToTheBeauty) {
 }
 
 TEST(HydraAovs, AreWhatTheirNamesSay) {
-    const UsdStageRefPtr stage = room();
+    const UsdStageRefPtr stage = room_stage();
     const std::vector<std::string> aovs = {
         "color",  "depth",  "cameraDepth", "primId", "instanceId", "elementId",
         "normal", "Neye",   "P",           "albedo", "Z",          "C_Key",
@@ -610,7 +743,7 @@ TEST(HydraAovs, AreWhatTheirNamesSay) {
 TEST(Hydra, PausesStopsAndRestarts) {
     HostSettings settings = quick();
     settings.spp = 1 << 14;
-    Host host(room(), Frontend::SceneDelegate, SdfPath("/Cam"), 32, 24, settings);
+    Host host(room_stage(), Frontend::SceneDelegate, SdfPath("/Cam"), 32, 24, settings);
     HdRenderDelegate& delegate = host.delegate();
     EXPECT_TRUE(delegate.IsPauseSupported() && delegate.IsStopSupported());
     host.step();
