@@ -212,12 +212,15 @@ Result<scene::Scene> RenderLoop::translate(const RenderJob& job, bool has_conten
     author_settings(job, builder);
     const std::shared_ptr<usd::layer::Layer> layer = builder.layer();
     if (has_content) write_layer(*layer);
-    const Result<usd::stage::Stage> stage = usd::stage::open_layer(layer, {}, diagnostics_);
+    // Of a camera alone there is nothing to say: the stage that follows has it too
+    Diagnostics ignored;
+    Diagnostics& diagnostics = has_content ? diagnostics_ : ignored;
+    const Result<usd::stage::Stage> stage = usd::stage::open_layer(layer, {}, diagnostics);
     if (!stage) return stage.error();
     render::LoadOptions options;
     options.translate.settings = settings_path;
     options.translate.camera = job.camera_path;
-    Result<scene::Scene> scene = render::load_scene(*stage, options, diagnostics_);
+    Result<scene::Scene> scene = render::load_scene(*stage, options, diagnostics);
     if (scene && has_content) places_ = std::move(places);
     return scene;
 }
