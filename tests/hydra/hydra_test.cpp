@@ -16,21 +16,18 @@
 #include <pxr/usd/usdGeom/mesh.h>
 #include <pxr/usd/usdGeom/sphere.h>
 #include <pxr/usd/usdGeom/xformCommonAPI.h>
-#include <pxr/usd/usdLux/rectLight.h>
 #include <pxr/usd/usdLux/sphereLight.h>
 #include <pxr/usd/usdShade/materialBindingAPI.h>
 #include <pxr/usd/usdShade/shader.h>
 
 #include <algorithm>
 #include <bit>
-#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <optional>
 #include <random>
 #include <string>
-#include <thread>
 #include <vector>
 
 namespace velatura::hydra {
@@ -741,39 +738,6 @@ TEST(HydraAovs, AreWhatTheirNamesSay) {
         for (const float v : host.read(light).floats) largest = std::max(largest, std::abs(v));
         EXPECT_GT(largest, 0.0f) << light;
     }
-}
-
-// Measures, asserts nothing: --gtest_also_run_disabled_tests --gtest_filter=*Times*
-TEST(HydraTimes, DISABLED_FromAnEditToTheFirstImage) {
-    const std::string file = std::string(VELATURA_SCENES) + "/cornell/cornell.usda";
-    const UsdStageRefPtr stage = UsdStage::Open(file);
-    Host host(stage, Frontend::SceneDelegate, SdfPath("/World/Camera"), 320, 180, quick());
-    host.finish();
-    const auto measure = [&](const char* what, const auto& edit) {
-        double sum = 0;
-        constexpr int repeats = 3;
-        for (int i = 0; i < repeats; ++i) {
-            const std::vector<float> before = host.read("color").floats;
-            const auto start = std::chrono::steady_clock::now();
-            edit(i);
-            host.step();
-            while (host.read("color").floats == before)
-                std::this_thread::sleep_for(std::chrono::milliseconds(1));
-            const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-            sum += took.count();
-            host.finish();
-        }
-        fmt::print("{}: {:.3f} s to the first image at 320 x 180\n", what, sum / repeats);
-    };
-    measure("camera", [&](int i) {
-        stage->GetAttributeAtPath(SdfPath("/World/Camera.xformOp:translate"))
-            .Set(GfVec3d(278 + i + 1, 273, -800));
-    });
-    measure("light", [&](int i) {
-        UsdLuxRectLight(stage->GetPrimAtPath(SdfPath("/World/ceiling")))
-            .GetIntensityAttr()
-            .Set(3.0f + float(i));
-    });
 }
 
 TEST(Hydra, PausesStopsAndRestarts) {
