@@ -125,6 +125,7 @@ const std::vector<Library>& library_table() {
         {"openvdb/", {"plugins/volume/"}},
         {"nanovdb/", {"plugins/volume/"}},
         {"embree3/", {"plugins/embree/"}},
+        {"pxr/", {"plugins/hydra/"}},
         {"stb/", {"src/canvas/", "src/study/"}},
         {"pybind11/", {"src/python/"}},
     };
