@@ -7,6 +7,8 @@
 #include "base/hash.h"
 #include "base/limits.h"
 #include "usd/compose/layer_registry.h"
+#include "usd/stage/open_layer.h"
+#include "usd/text/writer.h"
 
 #include <fmt/format.h>
 
@@ -19,6 +21,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace velatura::app {
 
@@ -58,6 +61,39 @@ class RepeatedCodes {
     std::map<std::string, size_t> counts_;
 };
 
+usd::stage::StageOptions stage_options(const AssetOptions& assets, bool reads_materialx) {
+    usd::stage::StageOptions options;
+    options.compose.search_paths = assets.search_paths;
+    options.compose.max_prims = limits().prims;
+    options.compose.max_nodes_per_spec = limits().prims_per_spec;
+    options.compose.max_layers = limits().layers;
+    options.compose.reads_materialx = reads_materialx;
+    const char* const environment = std::getenv("PXR_AR_DEFAULT_SEARCH_PATH");
+    for (std::string& folder : usd::compose::split_search_path(environment ? environment : ""))
+        options.compose.search_paths.push_back(std::move(folder));
+    return options;
+}
+
+/// Hash and names of the layers. The one called `made_name` is in memory: its text counts, and
+/// `add_names` names it.
+template <class AddNames>
+void identify(LoadedStage& loaded,
+              const std::string& made_name,
+              const std::string& made_text,
+              const AddNames& add_names) {
+    for (const std::string& file : loaded.stage.layer_files()) {
+        if (file == made_name) {
+            add_names();
+            loaded.content_hash = hash_combine(loaded.content_hash, hash_string(made_text));
+            continue;
+        }
+        loaded.layer_names.push_back(std::filesystem::path(file).filename().string());
+        const Result<AssetBytesPtr> asset = open_asset_bytes(file);
+        loaded.content_hash = hash_combine(
+            loaded.content_hash, hash_string(asset ? (*asset)->bytes() : std::string_view(file)));
+    }
+}
+
 }  // namespace
 
 void print_diagnostics(Diagnostics& diagnostics, bool quiet, bool verbose) {
@@ -91,33 +127,37 @@ Result<LoadedStage> compose_stage(const std::string& path,
                                   const AssetOptions& assets,
                                   bool reads_materialx) {
     const auto start = std::chrono::steady_clock::now();
-    usd::stage::StageOptions options;
-    options.compose.search_paths = assets.search_paths;
-    options.compose.max_prims = limits().prims;
-    options.compose.max_nodes_per_spec = limits().prims_per_spec;
-    options.compose.max_layers = limits().layers;
-    options.compose.reads_materialx = reads_materialx;
-    const char* const environment = std::getenv("PXR_AR_DEFAULT_SEARCH_PATH");
-    for (std::string& folder : usd::compose::split_search_path(environment ? environment : ""))
-        options.compose.search_paths.push_back(std::move(folder));
-    Result<OverriddenStage> opened = open_stage(assets.overrides, path, options, diagnostics);
+    Result<OverriddenStage> opened =
+        open_stage(assets.overrides, path, stage_options(assets, reads_materialx), diagnostics);
     if (!opened) return opened.error();
     LoadedStage loaded{std::move(opened->stage), 0, {}, 0};
-    for (const std::string& file : loaded.stage.layer_files()) {
-        if (file == override_layer_name()) {
-            for (const std::string& text : assets.overrides.variants)
-                loaded.layer_names.push_back("--variant " + text);
-            for (const std::string& text : assets.overrides.values)
-                loaded.layer_names.push_back("--set " + text);
-            loaded.content_hash =
-                hash_combine(loaded.content_hash, hash_string(opened->made_layer));
-            continue;
-        }
-        loaded.layer_names.push_back(std::filesystem::path(file).filename().string());
-        const Result<AssetBytesPtr> asset = open_asset_bytes(file);
-        loaded.content_hash = hash_combine(
-            loaded.content_hash, hash_string(asset ? (*asset)->bytes() : std::string_view(file)));
-    }
+    const std::string made_name = override_layer_name();
+    identify(loaded, made_name, opened->made_layer, [&] {
+        for (const std::string& text : assets.overrides.variants)
+            loaded.layer_names.push_back("--variant " + text);
+        for (const std::string& text : assets.overrides.values)
+            loaded.layer_names.push_back("--set " + text);
+    });
+    loaded.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return loaded;
+}
+
+Result<LoadedStage> compose_layer(std::shared_ptr<usd::layer::Layer> root,
+                                  Diagnostics& diagnostics,
+                                  const AssetOptions& assets) {
+    const auto start = std::chrono::steady_clock::now();
+    if (!assets.overrides.variants.empty() || !assets.overrides.values.empty())
+        return Error{"usage", "variant and set need a scene in a file; edit the layer instead"};
+    usd::stage::StageOptions options = stage_options(assets, true);
+    const auto& sessions = assets.overrides.sessions;
+    options.session_layers.assign(sessions.rbegin(), sessions.rend());
+    const std::string name = root->identifier(), text = usd::text::write_text_layer(*root);
+    Result<usd::stage::Stage> stage =
+        usd::stage::open_layer(std::move(root), std::move(options), diagnostics);
+    if (!stage) return stage.error();
+    LoadedStage loaded{std::move(*stage), 0, {}, 0};
+    identify(loaded, name, text, [&] { loaded.layer_names.push_back(name); });
     loaded.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return loaded;

@@ -5,9 +5,11 @@
 #include "base/command_line.h"
 #include "base/diagnostics.h"
 #include "base/result.h"
+#include "usd/layer/layer.h"
 #include "usd/stage/stage.h"
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -36,6 +38,12 @@ Result<LoadedStage> compose_stage(const std::string& path,
                                   Diagnostics& diagnostics,
                                   const AssetOptions& assets = {},
                                   bool reads_materialx = true);
+
+/// The same of a root layer in memory, which must not change while the stage is used. Errors: also
+/// "usage" for --variant and --set.
+Result<LoadedStage> compose_layer(std::shared_ptr<usd::layer::Layer> root,
+                                  Diagnostics& diagnostics,
+                                  const AssetOptions& assets = {});
 
 /// apply_asset_roots(), then compose_stage().
 Result<LoadedStage> load_stage(const std::string& path,

@@ -5,8 +5,11 @@
 #include "usd/layer/spline.h"
 #include "usd/stage/dump.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstddef>
+#include <cstring>
 #include <exception>
 #include <span>
 #include <string_view>
@@ -190,7 +193,98 @@ bool list_if(const Value& value, py::object& out) {
     return true;
 }
 
+[[noreturn]] void refuse(const TypeInfo& type, const std::string& why) {
+    throw Failure(Failure::Kind::Usage, "usd-author",
+                  fmt::format("a value of type {}: {}", type.name.str(), why));
+}
+
+std::string shape_text(const std::vector<py::ssize_t>& shape, bool is_array) {
+    std::string text = is_array ? "n" : "";
+    for (const py::ssize_t n : shape) text += (text.empty() ? "" : ", ") + std::to_string(n);
+    return "[" + text + "]";
+}
+
+/// Components side by side, of an exact shape; a first axis of any length for arrays.
+template <class T>
+std::vector<T> numbers_from(const TypeInfo& type, const py::object& value) {
+    using Component = typename Numbers<T>::Component;
+    const py::object numpy = py::module_::import("numpy");
+    const py::array given = numpy.attr("asarray")(value);
+    const char kind = given.dtype().kind();
+    if (kind != 'f' && kind != 'i' && kind != 'u' && kind != 'b')
+        refuse(type, "expected numbers, found " + std::string(py::str(given.dtype())));
+    const std::vector<py::ssize_t> shape = Numbers<T>::shape();
+    const std::vector<py::ssize_t> found(given.shape(), given.shape() + given.ndim());
+    const size_t before = type.is_array ? 1 : 0;
+    const bool fits = found.size() == before + shape.size() &&
+                      std::equal(shape.begin(), shape.end(), found.begin() + long(before));
+    const bool is_nothing = type.is_array && given.size() == 0;
+    if (!fits && !is_nothing)
+        refuse(type, fmt::format("expected the shape {}, found {}",
+                                 shape_text(shape, type.is_array), shape_text(found, false)));
+    const py::array cast =
+        numpy.attr("ascontiguousarray")(given.attr("astype")(dtype_of<Component>()));
+    if constexpr (std::is_integral_v<Component>) {
+        if (!py::cast<bool>(numpy.attr("array_equal")(cast, given)))
+            refuse(type, "values that it cannot hold");
+    }
+    const size_t count = is_nothing ? 0 : type.is_array ? size_t(found[0]) : 1;
+    std::vector<T> out(count);
+    if (count > 0) std::memcpy(static_cast<void*>(out.data()), cast.data(), count * sizeof(T));
+    return out;
+}
+
+template <class T>
+T text_from(const TypeInfo& type, const py::handle& value) {
+    if (!PyUnicode_Check(value.ptr()) && !py::hasattr(value, "__fspath__"))
+        refuse(type, "expected str, found " + std::string(py::str(py::type::of(value))));
+    const std::string text = text_of(value);
+    if constexpr (std::is_same_v<T, Path>)
+        return Path::from(text);
+    else if constexpr (std::is_same_v<T, AssetPath> || std::is_same_v<T, PathExpression>)
+        return T{text};
+    else
+        return T(text);
+}
+
+template <class T>
+bool make_if(const TypeInfo& type, const py::object& value, Value& out) {
+    if constexpr ((Text<T> || !std::is_void_v<typename Numbers<T>::Component>)&&is_attribute_type(
+                      value_type_of<T>)) {
+        if (type.type != value_type_of<T>) return false;
+        std::vector<T> elements;
+        if constexpr (Text<T>) {
+            if (type.is_array)
+                for (const py::handle item : value) elements.push_back(text_from<T>(type, item));
+            else
+                elements.push_back(text_from<T>(type, value));
+        } else {
+            if constexpr (std::is_same_v<T, bool>) {
+                for (const uint8_t b : numbers_from<uint8_t>(type, value))
+                    elements.push_back(b != 0);
+            } else {
+                elements = numbers_from<T>(type, value);
+            }
+        }
+        out = type.is_array ? Value::array<T>(std::move(elements)) : Value(T(elements.front()));
+        return true;
+    }
+    return false;
+}
+
+template <class... T>
+bool make_any(const TypeInfo& type, const py::object& value, Value& out, std::tuple<T...>*) {
+    return (make_if<T>(type, value, out) || ...);
+}
+
 }  // namespace
+
+Value from_python(const TypeInfo& type, const py::object& value) {
+    Value out;
+    if (!make_any(type, value, out, static_cast<ValueTypeList*>(nullptr)))
+        refuse(type, "this type cannot be written");
+    return out;
+}
 
 py::object from_json(const std::string& text) {
     return py::module_::import("json").attr("loads")(text);

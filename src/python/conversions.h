@@ -4,6 +4,7 @@
 #include "python/failure.h"
 #include "python/keywords.h"
 #include "python/layer_arrays.h"
+#include "usd/layer/type_name.h"
 #include "usd/layer/value.h"
 
 #include <pybind11/numpy.h>
@@ -29,6 +30,10 @@ std::vector<Keyword> keywords_of(const pybind11::kwargs& kwargs);
 /// quaternions (w, x, y, z), arrays of NumPy that share the value's memory, lists of strings,
 /// dicts.
 pybind11::object to_python(const usd::layer::Value& value);
+
+/// The same back, of an attribute's type: numbers, tuples, arrays of NumPy, str. Throws: Failure
+/// (usage): of another shape or kind, not exact as integers.
+usd::layer::Value from_python(const usd::layer::TypeInfo& type, const pybind11::object& value);
 
 /// A read-only array on memory that `owner` keeps.
 template <class T>

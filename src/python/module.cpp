@@ -43,6 +43,7 @@ PYBIND11_MODULE(_native, module) {
     find_plugins();
     translate_failures();
     add_stage(module);
+    add_builder(module);
     add_render(module);
     LayersClass layers = add_layers(module);
     add_mix(module, layers);

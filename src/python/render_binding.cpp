@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "python/bindings.h"
 #include "python/conversions.h"
+#include "python/scene_builder.h"
 #include "python/session.h"
 
 #include <fmt/format.h>
@@ -118,9 +119,12 @@ std::shared_ptr<Frame> render(const std::shared_ptr<Session>& session, const py:
 }
 
 std::shared_ptr<Session> open(const py::object& scene, const py::kwargs& options) {
-    const app::RenderArguments arguments = render_arguments(path_of(scene), keywords_of(options));
+    std::shared_ptr<usd::layer::Layer> layer;
+    if (py::isinstance<SceneBuilder>(scene)) layer = scene.cast<SceneBuilder&>().layer.layer();
+    const std::string name = layer ? layer->identifier() : path_of(scene);
+    const app::RenderArguments arguments = render_arguments(name, keywords_of(options));
     const py::gil_scoped_release release;
-    return Session::open(arguments);
+    return Session::open(arguments, std::move(layer));
 }
 
 py::dict effects_and_needs(Session& session) {
@@ -198,7 +202,8 @@ void add_render(py::module_& module) {
     py::class_<Session, std::shared_ptr<Session>>(module, "Renderer",
                                                   "One frame of a scene, ready to be rendered.")
         .def(py::init(&open), py::arg("scene"),
-             "Opens a USD scene. Options are those of `velatura render`, with _ for -: spp=64, "
+             "Opens a USD scene: a file, or a SceneBuilder. Options are those of `velatura "
+             "render`, with _ for -: spp=64, "
              "res=(1280, 720), bounces=2, camera=\"/World/Cam\", layers=[\"bounce\", \"light\"], "
              "halves=True … Raises Error (with file:line:column), UsageError, TypeError.")
         .def("render", &render, py::arg("progress") = py::none(),

@@ -44,20 +44,22 @@ void check_file_options(const app::RenderArguments& a) {
 
 }  // namespace
 
-std::shared_ptr<Session> Session::open(const app::RenderArguments& arguments) {
-    return std::shared_ptr<Session>(new Session(arguments));
+std::shared_ptr<Session> Session::open(const app::RenderArguments& arguments,
+                                       std::shared_ptr<usd::layer::Layer> layer) {
+    return std::shared_ptr<Session>(new Session(arguments, std::move(layer)));
 }
 
-Session::Session(const app::RenderArguments& arguments) {
+Session::Session(const app::RenderArguments& arguments, std::shared_ptr<usd::layer::Layer> layer) {
     Result<app::RenderJob> job = app::make_render_job(arguments);
     if (!job) throw usage(job.error());
     check_file_options(arguments);
     job_ = std::move(*job);
     const std::unique_ptr<const ThreadScope> threads = limit_threads(job_);
-    load(arguments);
+    load(arguments, std::move(layer));
 }
 
-void Session::load(const app::RenderArguments& arguments) {
+void Session::load(const app::RenderArguments& arguments,
+                   std::shared_ptr<usd::layer::Layer> layer) {
     const Result<std::vector<double>> frames = app::frames_of(arguments);
     if (!frames) throw usage(frames.error());
     if (frames->size() > 1)
@@ -69,7 +71,8 @@ void Session::load(const app::RenderArguments& arguments) {
     if (!accelerator) throw failure_of(diagnostics_, "plugin-missing", {});
     job_.settings.world.accelerator = *accelerator;
     Result<app::LoadedStage> loaded =
-        app::compose_stage(arguments.scene, diagnostics_, arguments.assets);
+        layer ? app::compose_layer(std::move(layer), diagnostics_, arguments.assets)
+              : app::compose_stage(arguments.scene, diagnostics_, arguments.assets);
     if (!loaded) {
         if (loaded.error().code == "usage") throw usage(loaded.error());
         throw failure_of(diagnostics_, loaded.error().code, loaded.error().message);

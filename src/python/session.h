@@ -10,6 +10,7 @@
 #include "python/failure.h"
 #include "python/layer_arrays.h"
 #include "python/process_settings.h"
+#include "usd/layer/layer.h"
 
 #include <atomic>
 #include <cstdint>
@@ -28,8 +29,10 @@ class Frame;
 /// at a time renders; cancel() is called by any other.
 class Session : public std::enable_shared_from_this<Session> {
   public:
-    /// Opens and translates the scene. Throws: Failure.
-    static std::shared_ptr<Session> open(const app::RenderArguments& arguments);
+    /// Opens and translates the scene: the file of the arguments, or `layer` in memory. Throws:
+    /// Failure.
+    static std::shared_ptr<Session> open(const app::RenderArguments& arguments,
+                                         std::shared_ptr<usd::layer::Layer> layer = nullptr);
 
     Session(const Session&) = delete;
     Session& operator=(const Session&) = delete;
@@ -61,9 +64,9 @@ class Session : public std::enable_shared_from_this<Session> {
   private:
     friend class Frame;
 
-    explicit Session(const app::RenderArguments& arguments);
+    Session(const app::RenderArguments& arguments, std::shared_ptr<usd::layer::Layer> layer);
 
-    void load(const app::RenderArguments& arguments);
+    void load(const app::RenderArguments& arguments, std::shared_ptr<usd::layer::Layer> layer);
     void check_output(const std::string& path) const;
     void check_missing_assets() const;
 

@@ -3,6 +3,7 @@
 #include "python/bindings.h"
 #include "python/conversions.h"
 #include "python/process_settings.h"
+#include "python/scene_builder.h"
 #include "usd/stage/explain.h"
 #include "usd/stage/stage.h"
 
@@ -53,6 +54,27 @@ TimeCode time_of(const std::optional<double>& time) {
     return time ? TimeCode(*time) : TimeCode::default_time();
 }
 
+/// The file of the arguments, or `layer` in memory.
+StagePtr compose(const app::RenderArguments& arguments,
+                 std::shared_ptr<usd::layer::Layer> layer,
+                 bool strict) {
+    auto opened = std::make_shared<OpenStage>();
+    const py::gil_scoped_release release;
+    opened->settings = ProcessSettings::lease(arguments.scene, arguments.assets);
+    Result<app::LoadedStage> loaded =
+        layer ? app::compose_layer(std::move(layer), opened->diagnostics, arguments.assets)
+              : app::compose_stage(arguments.scene, opened->diagnostics, arguments.assets);
+    if (!loaded) {
+        if (loaded.error().code == "usage")
+            throw Failure(Failure::Kind::Usage, "usage", loaded.error().message);
+        throw failure_of(opened->diagnostics, loaded.error().code, loaded.error().message);
+    }
+    opened->loaded.emplace(std::move(*loaded));
+    if (strict && opened->diagnostics.error_count() > 0)
+        throw failure_of(opened->diagnostics, "strict", {});
+    return opened;
+}
+
 /// Scene options alone: the others are those of a render.
 StagePtr open_stage(const py::object& path, bool strict, const py::kwargs& kwargs) {
     static constexpr const char* known[] = {"search_path", "variant",    "set",     "session",
@@ -66,20 +88,15 @@ StagePtr open_stage(const py::object& path, bool strict, const py::kwargs& kwarg
                               "asset_root, sandbox, limit and strict");
     }
     const app::RenderArguments arguments = render_arguments(path_of(path), keywords_of(kwargs));
-    auto opened = std::make_shared<OpenStage>();
-    const py::gil_scoped_release release;
-    opened->settings = ProcessSettings::lease(arguments.scene, arguments.assets);
-    Result<app::LoadedStage> loaded =
-        app::compose_stage(arguments.scene, opened->diagnostics, arguments.assets);
-    if (!loaded) {
-        if (loaded.error().code == "usage")
-            throw Failure(Failure::Kind::Usage, "usage", loaded.error().message);
-        throw failure_of(opened->diagnostics, loaded.error().code, loaded.error().message);
-    }
-    opened->loaded.emplace(std::move(*loaded));
-    if (strict && opened->diagnostics.error_count() > 0)
-        throw failure_of(opened->diagnostics, "strict", {});
-    return opened;
+    return compose(arguments, nullptr, strict);
+}
+
+/// Of a SceneBuilder, as it is now.
+StagePtr stage_of(const SceneBuilder& builder, bool strict) {
+    std::shared_ptr<usd::layer::Layer> layer = builder.layer.layer();
+    app::RenderArguments arguments;
+    arguments.scene = layer->identifier();
+    return compose(arguments, std::move(layer), strict);
 }
 
 PrimHandle prim_at(const StagePtr& stage, const std::string& path) {
@@ -289,6 +306,8 @@ void add_stage(py::module_& module) {
                     "those of `velatura info`: search_path, variant, set, session, confine, "
                     "asset_root, sandbox, limit. Errors of parts of the scene are in "
                     "`diagnostics`; with strict they are raised.")
+        .def_static("of", &stage_of, py::arg("builder"), py::kw_only(), py::arg("strict") = false,
+                    "Composes the layer of a SceneBuilder as it is now.")
         .def_property_readonly(
             "diagnostics", [](const OpenStage& s) { return to_python(messages_of(s.diagnostics)); },
             "Errors, warnings and notes so far.")

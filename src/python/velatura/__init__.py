@@ -10,10 +10,10 @@ import json
 import pathlib
 
 from . import _native
-from ._native import (Attribute, Diagnostic, Frame, Layers, Look, Prim, Progress, Renderer, Stage,
+from ._native import (Attribute, Diagnostic, Frame, Layers, Look, Prim, Progress, Renderer, SceneBuilder, Stage,
                       __version__)
 
-__all__ = ["Attribute", "Canceled", "Diagnostic", "Error", "Frame", "Layers", "Look", "Prim", "Progress", "Renderer", "Stage",
+__all__ = ["Attribute", "Canceled", "Diagnostic", "Error", "Frame", "Layers", "Look", "Prim", "Progress", "Renderer", "SceneBuilder", "Stage",
            "UsageError", "__version__", "plan", "read_study", "render", "render_options"]
 
 
