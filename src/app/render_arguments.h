@@ -63,7 +63,7 @@ struct RenderArguments {
     std::string integrator = "path";
     std::string light_sampling;   ///< empty = what the integrator stands for
     std::string light_selection;  ///< empty = by the tree, by area where points of all lights are
-    std::string roulette = "throughput";
+    std::string roulette = "efficiency";
     std::optional<double> cutoff;  ///< of --roulette cutoff
     std::string adaptive = "on";
     std::string splitting = "auto";

@@ -62,7 +62,9 @@ void add_options(const PlanOptions& o, EffectPlan& plan) {
             is_on ? EffectState::On : EffectState::Absent, {}, std::move(why), is_on ? 1u : 0u};
     };
     set(Effect::Roulette, has_chances_to_end(o.estimator.roulette),
-        fmt::format("from bounce {} on", o.estimator.roulette_start));
+        o.estimator.roulette == Roulette::Efficiency
+            ? "by trial paths"
+            : fmt::format("from bounce {} on", o.estimator.roulette_start));
     const bool is_tried = o.guiding == Guiding::Auto;
     set(Effect::Guiding, o.guiding != Guiding::Off,
         is_tried ? "where trial paths predict a gain" : "--guiding on");

@@ -32,8 +32,8 @@ enum class Roulette : uint8_t {
     Throughput,  ///< survival = twice what the path still carries, largest channel; where paths are
                  ///< guided, twice what it may still bring when that is more
     Albedo,      ///< survival = what the last scattering and the way there left of it
-    Efficiency,  ///< survival by what paths of so many scatterings still bring and cost, as trial
-                 ///< paths told; see RouletteTrial
+    Efficiency,  ///< as Throughput, with a factor found by trial paths in place of twice, for each
+                 ///< number of scatterings; see RouletteTrial
     Constant,    ///< survival = classic::constant_survival, whatever it carries
     Cutoff,      ///< none below EstimatorOptions::cutoff of what the path began with: a bias
     None,        ///< paths end by absorption and by the depth limit alone
@@ -44,14 +44,19 @@ constexpr bool has_chances_to_end(Roulette roulette) {
     return roulette != Roulette::None && roulette != Roulette::Cutoff;
 }
 
+/// Whether survival is a gain times what the path still carries.
+constexpr bool has_gains(Roulette roulette) {
+    return roulette == Roulette::Throughput || roulette == Roulette::Efficiency;
+}
+
 /// Which estimator of the light transport is run. The defaults are the best; the others are the
 /// classic ones to compare with.
 struct EstimatorOptions {
     LightSampling light_sampling = LightSampling::Mis;
-    Roulette roulette = Roulette::Throughput;
-    int roulette_start =
-        3;  ///< scatterings before roulette begins: short paths carry most of the light
-    float cutoff = 0.01f;  ///< of Roulette::Cutoff, which has no such start
+    Roulette roulette = Roulette::Efficiency;
+    int roulette_start = 3;  ///< scatterings before roulette begins: short paths carry most of the
+                             ///< light; none where a trial told what they carry
+    float cutoff = 0.01f;    ///< of Roulette::Cutoff, which has no such start
     /// Whitted 1980: only chains of perfect mirrors and refractions are followed; all else ends
     /// with its direct light. An image of its own: indirect light by diffuse and rough surfaces is
     /// missing.

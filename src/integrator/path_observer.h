@@ -35,8 +35,8 @@ class PathObserver {
     /// It did, and goes on along wi. Not called for delta lobes.
     virtual void on_scatter(const Vec3& wi) { (void)wi; }
 
-    /// The path outlived a chance to end, of a roulette that is not the default; carried: of what
-    /// it began with, largest channel.
+    /// The path outlived a chance to end, of a roulette that has gains; carried: of what it began
+    /// with, largest channel.
     virtual void on_survival(int bounce, float carried) { (void)bounce, (void)carried; }
 
     virtual void on_end(int bounce, const char* why) = 0;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "integrator/roulette.h"
 
+#include "base/check.h"
 #include "integrator/classic/survival.h"
 
 #include <utility>
@@ -26,23 +27,16 @@ bool survives_otherwise(const TracerContext& context, Path& path) {
             break;
         case Roulette::Throughput:
         case Roulette::Efficiency:
-            survival =
-                carried *
-                (context.options.roulette ? context.options.roulette->at(path.bounce) : usual_gain);
-            break;
+            VELATURA_CHECK(false, "a roulette with gains");
     }
     if (path.bounce >= trapped_path_start)
         survival = std::min(survival, 1.0f - 1.0f / trapped_path_share);
-    // Gains of a trial know how much short paths carry
-    const bool can_end = path.bounce >= estimator.roulette_start ||
-                         (estimator.roulette == Roulette::Efficiency && context.options.roulette);
-    if (can_end && survival < 1.0f) {
+    if (path.bounce >= estimator.roulette_start && survival < 1.0f) {
         scene::count_call(scene::Effect::Roulette);
         if (path.sampler.get_1d(path.bounce, sampling::Purpose::Roulette) >= survival) return false;
         path.beta /= survival;
         path.carried /= survival;
     }
-    if (path.observer) path.observer->on_survival(path.bounce, path.carried);
     return true;
 }
 

@@ -16,8 +16,10 @@ namespace {
 constexpr uint64_t trial_seed_salt = 0x726f756c65747465ull;
 
 constexpr uint64_t trial_samples = 16;
-constexpr int max_to_a_side = 64;  // pixels that are tried
-constexpr double min_gain = 1.0 / 16, largest_gain = 64.0;
+/// Pixels that are tried: one in a cell, unless that are too many.
+constexpr int cell_size = 6, max_to_a_side = 64;
+/// Light that is rarer than the trial shows must not be ended more often than this.
+constexpr double min_gain = 0.5, largest_gain = 64.0;
 
 using Squares = std::array<double, 3>;
 
@@ -73,7 +75,9 @@ struct Sums {
     float gain(size_t i) const {
         const double square = tails[i] / costs[i] * cost / variance;
         if (!(square > 0.0) || !std::isfinite(square)) return usual_gain;
-        return float(std::clamp(std::sqrt(square), min_gain, largest_gain));
+        // Coarse: what a light's strength changes of the trial seldom changes the image
+        const double rounded = std::exp2(0.5 * std::round(std::log2(square)));
+        return float(std::clamp(rounded, min_gain, largest_gain));
     }
 };
 
@@ -141,8 +145,10 @@ RouletteTrial try_roulette(const World& world,
 
     // Every row sums its own pixels, so that the result does not depend on the threads
     const auto& settings = world.scene.settings;
-    const int columns = std::min(settings.width, max_to_a_side),
-              rows = std::min(settings.height, max_to_a_side);
+    const auto tried = [](int size) {
+        return std::min((size + cell_size - 1) / cell_size, max_to_a_side);
+    };
+    const int columns = tried(settings.width), rows = tried(settings.height);
     std::vector<Sums> sums{size_t(rows)};
     std::vector<RayCounts> counts{size_t(rows)};
     const auto is_stopped = [stop] { return stop && stop->load(std::memory_order_relaxed); };

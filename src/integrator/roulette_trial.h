@@ -11,7 +11,7 @@ namespace velatura::integrator {
 /// What a trial came to. All but `seconds` is a function of scene, image size and tracer options
 /// alone.
 struct RouletteTrial {
-    RouletteGains gains;
+    RouletteGains gains;  ///< powers of √2
     RayCounts rays;
     double seconds = 0;
 };
@@ -19,8 +19,8 @@ struct RouletteTrial {
 /// Finds out by how much chances to end paths pay: a path that ends early saves rays, and makes the
 /// others count more.
 ///
-/// Before the render, up to 4096 pixels spread over the image take 16 samples each, whose random
-/// numbers the render never meets. With V the variance of a sample and C its cost in rays, ending
+/// Before the render, one in 36 pixels, at most 4096, takes 16 samples, whose random numbers the
+/// render never meets. With V the variance of a sample and C its cost in rays, ending
 /// paths after k scatterings, of which one that carries a brings T by c more rays, adds
 /// a T² / gain to V and a · gain · c to C: the product is least for gain² = (E[T² / a] / E[a c]) ·
 /// C / V (Bolin & Meyer 1997, "An error metric for Monte Carlo ray tracing"; Rath et al. 2022,

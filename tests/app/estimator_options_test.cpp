@@ -110,7 +110,7 @@ TEST_F(EstimatorOptions, EachChangesTheImageAndCannotBeMergedWithAnother) {
          {"--integrator nee", "--integrator whitted", "--light-selection uniform",
           "--light-sampling light", "--light-sampling area", "--light-sampling hemisphere",
           "--light-sampling cosine", "--light-selection area", "--roulette constant",
-          "--roulette albedo", "--roulette efficiency", "--roulette cutoff",
+          "--roulette albedo", "--roulette throughput", "--roulette cutoff",
           "--sampler independent", "--sampler stratified", "--caustics manifold"}) {
         render(std::string("--samples 0:4 -o same_range.exr ") + other);
         EXPECT_NE(w.hash("same_range.exr"), usual) << other;
@@ -173,7 +173,7 @@ TEST_F(EstimatorOptions, CutoffIsABiasThatTheLedgerNames) {
 
 TEST_F(EstimatorOptions, GainsOfRouletteAreTheSameInEveryCrop) {
     const auto gains = [this](const std::string& arguments) {
-        render("--spp 1 -o x.exr --roulette efficiency " + arguments);
+        render("--spp 1 -o x.exr " + arguments);
         return stats("x.exr")["roulette"]["gains"];
     };
     const nlohmann::json whole = gains("");

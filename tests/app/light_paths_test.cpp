@@ -204,7 +204,7 @@ TEST_F(LightPathLayers, LobesOfDirectLightAreWhatTheLightsMultipliersKeep) {
     for (const std::string integrator : {"path", "naive", "nee"}) {
         const std::string how =
             "--spp 8 --adaptive off --splitting off --guiding off --caustics path "
-            "--layers bounce,lobe --float-layers --integrator " +
+            "--roulette throughput --layers bounce,lobe --float-layers --integrator " +
             integrator;
         const auto with = [&](double diffuse, double specular) {
             std::string scene = room(diffuse, specular);

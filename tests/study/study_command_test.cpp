@@ -130,11 +130,11 @@ TEST_F(StudyCommand, GoesOnFromItsFolder) {
     EXPECT_NE(compared.output.find("--sampler independent"), std::string::npos);
 }
 
-/// Roulette by efficiency has a trial of its own: without it, it is that of the defaults.
+/// The default roulette has a trial of its own: without it, it is that by throughput.
 TEST_F(StudyCommand, LearnsWhatRendersLearn) {
     ASSERT_EQ(study("-o out --knobs roulette").exit_code, 0);
     const nlohmann::json j = report("out");
-    EXPECT_NE(setting(j, "--roulette efficiency")["rays_per_sample"],
+    EXPECT_NE(setting(j, "--roulette throughput")["rays_per_sample"],
               setting(j, "")["rays_per_sample"]);
 }
 

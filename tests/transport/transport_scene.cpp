@@ -62,12 +62,12 @@ const std::vector<Technique>& techniques() {
          [](WorldOptions& w, PathTracerOptions&) {
              w.light_selection = lights::SelectionKind::Uniform;
          }},
-        {"constant roulette", "roulette by throughput",
+        {"constant roulette", "roulette by efficiency",
          [](WorldOptions&, PathTracerOptions& p) { p.estimator.roulette = Roulette::Constant; }},
-        {"roulette by albedo", "roulette by throughput",
+        {"roulette by albedo", "roulette by efficiency",
          [](WorldOptions&, PathTracerOptions& p) { p.estimator.roulette = Roulette::Albedo; }},
-        {"roulette by efficiency", "roulette by throughput",
-         [](WorldOptions&, PathTracerOptions& p) { p.estimator.roulette = Roulette::Efficiency; }},
+        {"roulette by throughput", "roulette by efficiency",
+         [](WorldOptions&, PathTracerOptions& p) { p.estimator.roulette = Roulette::Throughput; }},
         {"stratified samples", "Owen-Sobol' points",
          [](WorldOptions&, PathTracerOptions& p) {
              p.sampler = sampling::SamplerKind::Stratified;
@@ -170,6 +170,7 @@ film::Film TransportRenderer::render_film(uint64_t seed,
     rays_ += result.rays;
     rays_ += prepass.guide.rays;
     rays_ += prepass.branches.rays;
+    if (prepass.roulette) rays_ += prepass.roulette->rays;
     bad_ += renderer.film().invalid_count();
     return renderer.take_film();
 }
