@@ -56,7 +56,7 @@ struct EstimatorOptions {
     Roulette roulette = Roulette::Efficiency;
     int roulette_start = 3;  ///< scatterings before roulette begins: short paths carry most of the
                              ///< light; none where a trial told what they carry
-    float cutoff = 0.01f;  ///< of Roulette::Cutoff, which has no such start
+    float cutoff = 0.01f;    ///< of Roulette::Cutoff, which has no such start
     /// Whitted 1980: only chains of perfect mirrors and refractions are followed; all else ends
     /// with its direct light. An image of its own: indirect light by diffuse and rough surfaces is
     /// missing.
