@@ -53,9 +53,10 @@ def test_the_code_of_the_page_runs(scene, tmp_path, monkeypatch, capsys):
     original = velatura.render
     monkeypatch.setattr(velatura, "render", lambda scene, **options: original(scene, **{**options, **SMALL}))
     code = blocks()
-    assert len(code) == 2
+    assert len(code) == 3
     names = {}
     for block in code:
         exec(compile(block, "python.md", "exec"), names)
     assert (tmp_path / "shot.exr").exists()
+    assert (tmp_path / "scene.usda").exists()
     assert "shot.usda:" in capsys.readouterr().out
