@@ -23,7 +23,7 @@ struct FrameInput {
     std::string scene_name;     ///< file name of the root layer, no folder
     uint64_t content_hash = 0;  ///< of every layer that took part
     std::vector<std::string> layer_names;
-    std::vector<std::string> layer_files;  ///< where they are
+    std::vector<std::string> layer_files;           ///< where they are
     std::vector<layers::LightValues> light_values;  ///< of the light prims
     double frame = 0;
     double open_s = 0, translate_s = 0;

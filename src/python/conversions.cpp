@@ -222,8 +222,7 @@ std::vector<T> numbers_from(const TypeInfo& type, const py::object& value) {
     if (!fits && !is_nothing)
         refuse(type, fmt::format("expected the shape {}, found {}",
                                  shape_text(shape, type.is_array), shape_text(found, false)));
-    const py::array cast =
-        numpy.attr("ascontiguousarray")(given.attr("astype")(dtype_of<Component>()));
+    const py::array cast = given.attr("astype")(dtype_of<Component>(), "C");
     if constexpr (std::is_integral_v<Component>) {
         if (!py::cast<bool>(numpy.attr("array_equal")(cast, given)))
             refuse(type, "values that it cannot hold");

@@ -41,7 +41,7 @@ TEST(Absorption, SlabPerpendicularly) {
     TestScene test;
     add_slab(test, -1.0f, -1.5f, 1.0f, test.add_material(colored_glass(1.5f)));
     test.add_square(-2.0f, 1.0f, test.add_matte(Rgb(0.0f), Rgb(1.0f)));
-    const RenderedLayers layers = render(test, {.size = 32, .samples = 512, .last_bounce = 4});
+    const RenderedLayers layers = render(test, {.size = 32, .samples = 1024, .last_bounce = 4});
     const double R = 0.04, T2 = (1.0 - R) * (1.0 - R);
     for (int c = 0; c < 3; ++c) {
         expect_close(layers.bounce(2, -1, c), T2 * left_after(0.5, c), 1e-2,

@@ -26,11 +26,11 @@ TEST(H31Furnace, ClosedDiffuseBallPerBounce) {
     // Inside any closed surface of albedo ρ that emits Le, bounce k brings Le·ρ^k: without roulette
     // and with BSDF sampling alone on every path
     const RenderedLayers layers = render(
-        closed_ball(0.5f, 0.5f),
-        {.size = 16,
-         .samples = 64,
-         .last_bounce = 8,
-         .estimator = {.light_sampling = integrator::LightSampling::Bsdf, .roulette_start = 9}});
+        closed_ball(0.5f, 0.5f), {.size = 16,
+                                  .samples = 64,
+                                  .last_bounce = 8,
+                                  .estimator = {.light_sampling = integrator::LightSampling::Bsdf,
+                                                .roulette = integrator::Roulette::None}});
     for (int k = 0; k <= 8; ++k) {
         expect_close(layers.bounce(k), 0.5 * std::pow(0.5, k), 1e-6,
                      fmt::format("closed ball, bounce {}", k));
@@ -62,12 +62,12 @@ TEST(H32Roulette, IsUnbiasedPerBounce) {
 
 TEST(H31Furnace, ClosedBallStoppedAtADepth) {
     const RenderedLayers layers = render(
-        closed_ball(0.5f, 0.5f),
-        {.size = 16,
-         .samples = 64,
-         .last_bounce = 1,
-         .max_depth = 8,
-         .estimator = {.light_sampling = integrator::LightSampling::Bsdf, .roulette_start = 100}});
+        closed_ball(0.5f, 0.5f), {.size = 16,
+                                  .samples = 64,
+                                  .last_bounce = 1,
+                                  .max_depth = 8,
+                                  .estimator = {.light_sampling = integrator::LightSampling::Bsdf,
+                                                .roulette = integrator::Roulette::None}});
     expect_close(layers.beauty(), 1.0 - std::pow(0.5, 9), 1e-6,
                  "closed ball, cut after 8 scatterings");
 }
@@ -81,7 +81,7 @@ TEST(Furnace, WhatADepthCutsOffIsForetold) {
             for (const bool looks_for_lights : {false, true}) {
                 TestRenderOptions options{
                     .size = 16, .samples = 64, .last_bounce = 4, .max_depth = max_depth};
-                options.estimator.roulette_start = 100;
+                options.estimator.roulette = integrator::Roulette::None;
                 if (!looks_for_lights)
                     options.estimator.light_sampling = integrator::LightSampling::Bsdf;
                 const RenderedLayers layers = render(closed_ball(albedo, 1.0f - albedo), options);

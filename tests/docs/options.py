@@ -11,7 +11,7 @@ import sys
 import checks
 
 PAGES = ("README.md", "docs/README.md", "docs/guide/*.md", "docs/reference/*.md")
-OTHER_PROGRAMS = re.compile(r"\./dev\b|\bcmake\b|\bctest\b|\bapt-get\b|\bblender\b|\boiiotool\b|\bninja\b|\bpbrt\b|\bvalgrind\b|\b(?:sbatch|srun)\b")
+OTHER_PROGRAMS = re.compile(r"\./dev\b|\bcmake\b|\bctest\b|\bapt-get\b|\bblender\b|\boiiotool\b|\bninja\b|\bpbrt\b|\bvalgrind\b|\busdview\b|\b(?:sbatch|srun)\b")
 # Of pbrt, and a misspelt one
 NOT_OURS = {"--cropwindow", "--nthreads", "--ssp"}
 OPTION = re.compile(r"(?<![\w-])--[a-z][a-z0-9]*(?:-[a-z0-9]+)*")

@@ -219,7 +219,9 @@ TEST(Matrix, RowsOfSeveralLightsAreTheirSum) {
 // multiplied. Doubling changes exponents alone.
 TEST(Gains, CommuteWithRendering) {
     const scene::Scene scene = scene_from_usda(room_usda(), width, height);
-    const RenderSetup setup{.light_selection = lights::SelectionKind::Uniform};
+    // Neither the choice of lights nor trial paths depend on how strong they are
+    const RenderSetup setup{.light_selection = lights::SelectionKind::Uniform,
+                            .roulette = integrator::Roulette::Throughput};
     integrator::RenderOptions options;
     options.end_sample = 16;
     const film::Film before = render_scene(scene, options, setup);

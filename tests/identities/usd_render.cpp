@@ -101,6 +101,7 @@ film::Film render_scene(const scene::Scene& scene,
                       .forced = setup.forced};
     settings.tracer = {
         .seed = options.seed, .max_depth = options.max_depth, .sampler = setup.sampler};
+    settings.tracer.estimator.roulette = setup.roulette;
     const integrator::SplittingMap branches(std::max(setup.branches, 1u));
     settings.splits = setup.branches == 0;
     if (!settings.splits) settings.tracer.branches = &branches;

@@ -4,6 +4,7 @@
 #include "accel/bvh.h"
 #include "film/film.h"
 #include "integrator/caustics.h"
+#include "integrator/estimator.h"
 #include "integrator/guide_training.h"
 #include "integrator/ray_counts.h"
 #include "integrator/render_options.h"
@@ -42,6 +43,7 @@ struct RenderSetup {
     integrator::RayCounts* counts = nullptr;  ///< receives what was traced for the image
     lights::SelectionKind light_selection = lights::SelectionKind::Tree;
     sampling::SamplerKind sampler = sampling::SamplerKind::Sobol;
+    integrator::Roulette roulette = integrator::EstimatorOptions().roulette;
 };
 
 /// Renders all light layers of a scene at its own resolution.
