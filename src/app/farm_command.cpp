@@ -17,6 +17,7 @@
 #include "farm/rounds.h"
 #include "farm/run_piece.h"
 #include "farm/status.h"
+#include "integrator/sample_placement.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -38,6 +39,9 @@ namespace velatura::app {
 namespace {
 
 namespace fs = std::filesystem;
+
+static_assert(farm::pilot_samples == integrator::pilot_samples,
+              "a part without rates of adaptive sampling would be refused");
 
 /// The command line of `farm submit` beside the options of the render.
 struct SubmitArguments {

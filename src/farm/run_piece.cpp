@@ -47,7 +47,6 @@ bool has_option(const Job& job, std::string_view name) {
 /// The part that holds the first samples of a frame, with the rates that adaptive sampling found
 /// there; empty while it is not done, or where it has none. Others then trace no pilot samples.
 std::string rates_part(const Job& job, size_t index) {
-    constexpr uint64_t pilot_samples = 16;
     const std::vector<size_t> pieces = job.pieces_of(job.pieces[index].frame);
     const size_t first = pieces.front();
     if (first == index || job.pieces[first].end <= pilot_samples) return {};

@@ -5,11 +5,15 @@
 #include "farm/job.h"
 #include "farm/piece_state.h"
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <string_view>
 
 namespace velatura::farm {
+
+/// integrator::pilot_samples, which this tier does not include; `app` checks it.
+inline constexpr uint64_t pilot_samples = 16;
 
 /// How a piece is run; the functions can be called by several threads.
 struct RunOptions {
