@@ -53,10 +53,17 @@ void set_missing_assets(MissingAssets policy) {
     found().policy = policy;
 }
 
-void forget_missing_assets() {
-    for (auto& count : found().counts) count = 0;
+MissingAssetsOfReload::MissingAssetsOfReload() {
+    for (auto& count : found().counts) counts_.push_back(count.exchange(0));
     const std::lock_guard lock(found().mutex);
-    found().names.clear();
+    names_.swap(found().names);
+}
+
+MissingAssetsOfReload::~MissingAssetsOfReload() {
+    if (is_accepted_) return;
+    for (size_t i = 0; i < counts_.size(); ++i) found().counts[i] = counts_[i];
+    const std::lock_guard lock(found().mutex);
+    names_.swap(found().names);
 }
 
 void note_missing_asset(const Diagnostic& diagnostic) {

@@ -4,6 +4,7 @@
 #include "base/diagnostics.h"
 
 #include <cstddef>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -34,8 +35,24 @@ void set_missing_assets(MissingAssets policy);
 /// Counts the diagnostic if it is an error of missing_asset_codes. Thread-safe.
 void note_missing_asset(const Diagnostic& diagnostic);
 
-/// Before a scene is read again: what it missed no longer counts.
-void forget_missing_assets();
+/// While a scene is read again, what it missed does not count. If it is not accepted, the
+/// destructor restores that.
+class MissingAssetsOfReload {
+  public:
+    MissingAssetsOfReload();
+    ~MissingAssetsOfReload();
+
+    MissingAssetsOfReload(const MissingAssetsOfReload&) = delete;
+    MissingAssetsOfReload& operator=(const MissingAssetsOfReload&) = delete;
+
+    /// The scene as it was read now is the one that is rendered.
+    void accept() { is_accepted_ = true; }
+
+  private:
+    std::vector<size_t> counts_;
+    std::set<std::string> names_;
+    bool is_accepted_ = false;
+};
 
 /// "2 textures, 1 layer": what note_missing_asset counted; empty: nothing.
 std::string missing_assets_text();

@@ -176,7 +176,7 @@ void LiveFrame::reload() {
             [&](const std::string& layer) { return split_package_path(layer).front() == file; });
     };
     const bool has_other_files = !std::all_of(changed.begin(), changed.end(), is_layer);
-    app::forget_missing_assets();
+    app::MissingAssetsOfReload missing;
     Diagnostics diagnostics;
     app::print_diagnostics(diagnostics, job_.arguments.quiet, job_.arguments.verbosity > 0);
     app::AssetOptions assets = job_.arguments.assets;
@@ -202,6 +202,7 @@ void LiveFrame::reload() {
         app::prepare_frame(job_, *loaded, frame, false, diagnostics);
     if (!prepared) return keep_image(prepared.error());
     syntax_errors_ = syntax_errors;
+    missing.accept();
     take_scene(std::move(*prepared), has_other_files);
     if (const std::string error = first_error(diagnostics); !error.empty())
         control_.report(error, true);

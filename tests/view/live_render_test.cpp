@@ -3,6 +3,7 @@
 
 #include "app/command.h"
 #include "app/exit_codes.h"
+#include "app/missing_assets.h"
 #include "base/atomic_file.h"
 #include "compositor/io/layer_stack.h"
 #include "view/file_watch.h"
@@ -220,6 +221,26 @@ TEST_F(LiveRenderTest, AFileThatChangesIsReadAgain) {
     w_.write("scene.usda", scene_with_radius("0.45"));
     wait_for_message("read again: nothing");
     EXPECT_EQ(render.status().phase, Phase::Finished);
+}
+
+/// A file that is written states what its own image lacks.
+TEST_F(LiveRenderTest, AScenePartThatIsMissingCountsForTheImageThatIsShown) {
+    const std::string whole = test::small_scene();
+    std::string lacking = whole;
+    lacking.insert(lacking.find("(\n") + 2, "    subLayers = [@missing.usda@]\n");
+    w_.write("scene.usda", lacking);
+    LiveRender render(arguments_of(w_, ""), [] {});
+    wait_for(render, Phase::Finished);
+    const std::vector<std::string> lacks = app::missing_asset_names();
+    ASSERT_EQ(lacks.size(), 1u);
+    size_t messages = render.status().messages;
+    w_.write("scene.usda", "#usda 1.0\ndef Sphere = 1\n");
+    wait(render, [&](const LiveStatus& s) { return s.messages > messages; });
+    EXPECT_EQ(app::missing_asset_names(), lacks) << "the image is that of before";
+    messages = render.status().messages;
+    w_.write("scene.usda", whole);
+    wait(render, [&](const LiveStatus& s) { return s.messages > messages; });
+    EXPECT_TRUE(app::missing_asset_names().empty());
 }
 
 TEST_F(LiveRenderTest, EditedLightsAreThoseOfTheCommand) {
