@@ -150,8 +150,7 @@ Result<LoadedStage> compose_layer(std::shared_ptr<usd::layer::Layer> root,
     if (!assets.overrides.variants.empty() || !assets.overrides.values.empty())
         return Error{"usage", "variant and set need a scene in a file; edit the layer instead"};
     usd::stage::StageOptions options = stage_options(assets, true);
-    const auto& sessions = assets.overrides.sessions;
-    options.session_layers.assign(sessions.rbegin(), sessions.rend());
+    if (const auto ok = add_session_layers(assets.overrides, options); !ok) return ok.error();
     const std::string name = root->identifier(), text = usd::text::write_text_layer(*root);
     Result<usd::stage::Stage> stage =
         usd::stage::open_layer(std::move(root), std::move(options), diagnostics);

@@ -334,15 +334,21 @@ std::string override_layer_name() {
     return absolute("command line");
 }
 
-Result<OverriddenStage> open_stage(const SceneOverrides& overrides,
-                                   const std::string& scene,
-                                   usd::stage::StageOptions options,
-                                   Diagnostics& diagnostics) {
+Result<void> add_session_layers(const SceneOverrides& overrides,
+                                usd::stage::StageOptions& options) {
     for (auto file = overrides.sessions.rbegin(); file != overrides.sessions.rend(); ++file) {
         options.session_layers.push_back(absolute(*file));
         if (!asset_exists(options.session_layers.back()))
             return usage("--session", *file, "file not found");
     }
+    return {};
+}
+
+Result<OverriddenStage> open_stage(const SceneOverrides& overrides,
+                                   const std::string& scene,
+                                   usd::stage::StageOptions options,
+                                   Diagnostics& diagnostics) {
+    if (const Result<void> ok = add_session_layers(overrides, options); !ok) return ok.error();
     OverrideLayer layer(diagnostics);
     for (const std::string& text : overrides.variants) layer.select(*parse_variant(text), text);
     for (const std::string& text : overrides.values)

@@ -33,6 +33,9 @@ struct OverriddenStage {
     std::string made_layer;
 };
 
+/// Adds the files of --session, the strongest first. Errors: "usage" (not found).
+Result<void> add_session_layers(const SceneOverrides& overrides, usd::stage::StageOptions& options);
+
 /// Stage::open with the session layers, and what --variant and --set say above them. A value that a
 /// connection hides is a warning. Errors: "usage" for what does not fit the scene (the option is
 /// named), those of Stage::open.

@@ -119,3 +119,12 @@ def test_options_that_need_a_file_are_refused(scene):
     builder = copy_of(velatura.Stage.open(scene))
     with pytest.raises(velatura.UsageError, match="edit the layer"):
         velatura.Renderer(builder, set="/World/Ball.radius=2")
+    with pytest.raises(velatura.UsageError, match="file not found"):
+        velatura.Renderer(builder, session="missing.usda")
+
+
+def test_a_session_layer_is_above_the_scene(scene, tmp_path):
+    builder = copy_of(velatura.Stage.open(scene))
+    (tmp_path / "look.usda").write_text('#usda 1.0\nover "World"\n{\n    over "Ball"\n    {\n        double radius = 0.5\n    }\n}\n')
+    session = tmp_path / "look.usda"
+    assert_same_layers(velatura.render(builder, session=session, **SMALL).layers, velatura.render(scene, session=session, **SMALL).layers)
