@@ -67,7 +67,7 @@ void write_aovs(const std::vector<AovRequest>& requests,
                 const NearestHits& nearest,
                 const BufferFrame& frame);
 
-/// The format that a host allocates if nobody says otherwise; HdFormatInvalid: unknown.
+/// The format that a host allocates by default; HdFormatInvalid: unknown.
 PXR_NS::HdAovDescriptor default_descriptor(const PXR_NS::TfToken& name);
 
 }  // namespace velatura::hydra

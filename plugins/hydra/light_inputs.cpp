@@ -41,7 +41,7 @@ constexpr std::array shaping_inputs = {
 constexpr std::array group_attributes = {"velatura:light:group", "karma:light:lpetag",
                                          "primvars:arnold:aov"};
 
-/// Hydra gives the fallback of a cone that nobody authored as well; 90 degrees would halve a light.
+/// Hydra provides the fallback of a cone that is not authored; 90 degrees would halve a light.
 bool is_fallback_cone(const std::string& name, const VtValue& value) {
     return name == "shaping:cone:angle" && value.IsHolding<float>() &&
            value.UncheckedGet<float>() == 90.0f;
