@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/io/input_files.h"
 
+#include "base/characters.h"
 #include "base/frames.h"
 #include "image/file_color.h"
 
@@ -19,10 +20,6 @@ inline namespace io {
 namespace {
 
 constexpr std::string_view separators = "/._- ";
-
-bool is_digit(char c) {
-    return std::isdigit(static_cast<unsigned char>(c)) != 0;
-}
 
 /// A name in words, each with the separator before it.
 std::vector<std::string> words_of(const std::string& path) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/io/pass_names.h"
 
+#include "base/characters.h"
+
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -20,12 +22,8 @@ bool is_alnum(char c) {
     return std::isalnum(static_cast<unsigned char>(c)) != 0;
 }
 
-bool is_digit(char c) {
-    return std::isdigit(static_cast<unsigned char>(c)) != 0;
-}
-
 /// `VRayBumpNormals_2` → bump normals: words in lower case, without digits and the renderer's name.
-std::vector<std::string> words_of(const std::string& name) {
+std::vector<std::string> words_of_name(const std::string& name) {
     std::vector<std::string> words;
     bool is_new = true;
     for (size_t i = 0; i < name.size(); ++i) {
@@ -188,7 +186,7 @@ std::string last_word(const std::string& name) {
 PassKind pass_kind(const std::string& name) {
     if (is_expression(name)) return PassKind::Light;
     const std::string word = last_word(name);
-    const std::vector<std::string> words = words_of(word);
+    const std::vector<std::string> words = words_of_name(word);
     if (words.empty() || names_light_group(word, words)) return PassKind::Light;
     if (beauty_rank(name) < beauty_names.size()) return PassKind::Beauty;
     return is_data(words) ? PassKind::Data : PassKind::Light;
@@ -204,7 +202,7 @@ size_t beauty_rank(const std::string& name) {
 }
 
 bool is_shadow_pass(const std::string& name) {
-    const std::vector<std::string> words = words_of(last_word(name));
+    const std::vector<std::string> words = words_of_name(last_word(name));
     return !words.empty() && (words.back() == "shadow" || words.back() == "shadows");
 }
 

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* schema = "velatura.kept-looks/1";
 constexpr size_t largest_bytes = size_t(1) << 24;
-constexpr const char* names[] = {"A", "B"};
+constexpr const char* slot_names[] = {"A", "B"};
 
 std::string absolute(const std::string& path) {
     std::error_code failed;
@@ -42,7 +42,7 @@ std::optional<Looks> AutosavedLooks::find(const std::string& layers) const {
         return std::nullopt;
     Looks looks;
     for (size_t i = 0; i < 2; ++i) {
-        const auto look = json.find(names[i]);
+        const auto look = json.find(slot_names[i]);
         if (look == json.end()) return std::nullopt;
         auto read = look_from_json(look->dump());
         if (!read) return std::nullopt;
@@ -57,7 +57,7 @@ Result<void> AutosavedLooks::keep(const std::string& layers, const Looks& looks)
     json["schema"] = schema;
     json["layers"] = absolute(layers);
     for (size_t i = 0; i < 2; ++i)
-        json[names[i]] = nlohmann::ordered_json::parse(look_to_json(looks[i]));
+        json[slot_names[i]] = nlohmann::ordered_json::parse(look_to_json(looks[i]));
     std::error_code failed;
     fs::create_directories(folder_, failed);
     return write_file_atomically(path_of(layers), json.dump(2) + "\n");

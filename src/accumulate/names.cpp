@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "accumulate/names.h"
 
+#include "base/characters.h"
+
 #include <algorithm>
 #include <array>
 
 namespace velatura::accumulate {
 
 namespace {
-
-bool is_digit(char c) {
-    return c >= '0' && c <= '9';
-}
 
 bool is_name_char(char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || is_digit(c) || c == '_';

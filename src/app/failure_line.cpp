@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/failure_line.h"
 
-#include "app/exit_codes.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -42,6 +40,13 @@ void keep_failures() {
 void note_error(const std::string& message) {
     const std::lock_guard lock(failure().mutex);
     if (failure().is_kept) failure().message = message;
+}
+
+int fail(const Error& error, int code) {
+    const std::string text = fmt::format("{} [{}]", error.message, error.code);
+    fmt::print(stderr, "error: {}\n", text);
+    note_error(text);
+    return error.code == "usage" ? int(UsageError) : code;
 }
 
 void print_failure(int code) {

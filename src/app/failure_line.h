@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "app/exit_codes.h"
+#include "base/result.h"
+
 #include <string>
 
 namespace velatura::app {
@@ -10,6 +13,9 @@ void keep_failures();
 
 /// An error message that was printed, without "error:". Thread-safe.
 void note_error(const std::string& message);
+
+/// Prints "error: MESSAGE [CODE]" and notes it. Returns: UsageError for "usage", else `code`.
+int fail(const Error& error, int code = RenderError);
 
 /// Prints "openjd_fail: MESSAGE" for the last error, as Open Job Description has it, or the meaning
 /// of the exit code where no error was printed. Nothing for exit code 0 and without

@@ -2,6 +2,7 @@
 #include "app/build_id.h"
 #include "app/commands.h"
 #include "app/exit_codes.h"
+#include "app/failure_line.h"
 #include "app/render_job.h"
 #include "app/stop_signals.h"
 #include "base/atomic_file.h"
@@ -53,11 +54,6 @@ struct SubmitArguments {
     std::vector<std::string> sbatch;
     bool is_dry_run = false;
 };
-
-int fail(const Error& error, int code = RenderError) {
-    fmt::print(stderr, "error: {} [{}]\n", error.message, error.code);
-    return error.code == "usage" ? int(UsageError) : code;
-}
 
 /// Options of a render that pieces have no use for, or whose files do not merge.
 constexpr std::array refused_options = {

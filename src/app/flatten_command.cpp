@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/commands.h"
 #include "app/exit_codes.h"
+#include "app/failure_line.h"
 #include "app/memory_options.h"
 #include "app/scene_loader.h"
 #include "base/atomic_file.h"
@@ -31,11 +32,6 @@ struct FlattenArguments {
     bool layer_only = false;
     bool crate = false;
 };
-
-int fail(const Error& error) {
-    fmt::print(stderr, "error: {} [{}]\n", error.message, error.code);
-    return error.code == "usage" ? UsageError : RenderError;
-}
 
 std::string absolute(const std::string& path) {
     std::error_code failed;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/commands.h"
 #include "app/exit_codes.h"
+#include "app/failure_line.h"
 #include "app/memory_options.h"
 #include "app/scene_loader.h"
 #include "import/import.h"
@@ -34,10 +35,7 @@ int run_import(const ImportArguments& arguments) {
     print_diagnostics(diagnostics, arguments.quiet, arguments.verbose);
     const Result<velatura::import::ImportSummary> summary =
         velatura::import::import_file(arguments.file, arguments.output, diagnostics);
-    if (!summary) {
-        fmt::print(stderr, "error: {} [{}]\n", summary.error().message, summary.error().code);
-        return RenderError;
-    }
+    if (!summary) return fail(summary.error());
     if (!arguments.quiet)
         fmt::print(
             "{}: {} meshes ({} instances), {} materials, {} lights, {} cameras, {} embedded "

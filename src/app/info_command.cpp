@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/commands.h"
 #include "app/exit_codes.h"
+#include "app/failure_line.h"
 #include "app/memory_options.h"
 #include "app/missing_files.h"
 #include "app/progress.h"
@@ -69,10 +70,7 @@ int explain(const usd::stage::Stage& stage,
         arguments.has_time ? usd::stage::TimeCode(arguments.time) : usd::stage::TimeCode();
     const Result<usd::stage::Explanation> explained =
         usd::stage::explain(stage, arguments.explain, time);
-    if (!explained) {
-        fmt::print(stderr, "error: {} [{}]\n", explained.error().message, explained.error().code);
-        return RenderError;
-    }
+    if (!explained) return fail(explained.error());
     fmt::print("{}", usd::stage::explanation_text(*explained, diagnostics));
     return Done;
 }
@@ -109,10 +107,7 @@ int run_info(const InfoArguments& arguments) {
     print_diagnostics(diagnostics, false, false);
     const Result<LoadedStage> loaded =
         load_stage(arguments.scene, diagnostics, arguments.assets, arguments.reads_materialx);
-    if (!loaded) {
-        fmt::print(stderr, "error: {} [{}]\n", loaded.error().message, loaded.error().code);
-        return loaded.error().code == "usage" ? UsageError : RenderError;
-    }
+    if (!loaded) return fail(loaded.error());
     if (arguments.dump) {
         fmt::print("{}", usd::stage::dump_stage(loaded->stage));
     } else if (arguments.tree) {

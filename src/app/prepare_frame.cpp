@@ -34,13 +34,6 @@ namespace velatura::app {
 
 namespace {
 
-int fail(const Error& error, int code) {
-    const std::string text = fmt::format("{} [{}]", error.message, error.code);
-    fmt::print(stderr, "error: {}\n", text);
-    note_error(text);
-    return code;
-}
-
 /// The file of a frame; of several frames each needs one of its own.
 std::string file_of_frame(const std::string& name, double frame, bool has_many) {
     if (name.empty()) return name;

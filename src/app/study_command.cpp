@@ -2,6 +2,7 @@
 #include "app/build_id.h"
 #include "app/commands.h"
 #include "app/exit_codes.h"
+#include "app/failure_line.h"
 #include "app/frame_settings.h"
 #include "app/parse_values.h"
 #include "app/prepare_frame.h"
@@ -40,11 +41,6 @@ struct StudyArguments {
     std::vector<std::string> compare;
     bool resume = false;
 };
-
-int fail(const Error& error, int code) {
-    fmt::print(stderr, "error: {} [{}]\n", error.message, error.code);
-    return code;
-}
 
 /// Options of a render that a study has no use for: it neither lists nor takes them.
 constexpr std::array refused_options = {"--frames",

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/commands.h"
 #include "app/exit_codes.h"
+#include "app/failure_line.h"
 #include "app/view_options.h"
 #include "base/sibling_program.h"
 
@@ -39,12 +40,10 @@ void add_view_command(Command& app,
         run = [words] {
             std::vector<std::string> rest = words;
             if (!rest.empty()) rest.erase(rest.begin());
-            const auto error =
+            return fail(
                 run_sibling("velatura-view", rest,
                             "the window was not built; it needs Dear ImGui, GLFW and OpenGL "
-                            "(Debian: libimgui-dev libglfw3-dev libgl-dev)");
-            fmt::print(stderr, "error: {} [{}]\n", error.message, error.code);
-            return int(RenderError);
+                            "(Debian: libimgui-dev libglfw3-dev libgl-dev)"));
         };
     });
 }

@@ -74,24 +74,19 @@ class PartOfBytes final : public AssetBytes {
     std::string_view part_;
 };
 
-Error unreadable(const std::string& file, int error) {
-    return {"file-unreadable",
-            fmt::format("cannot read \"{}\": {}", file, std::generic_category().message(error))};
-}
-
 Result<AssetBytesPtr> map_file(const std::string& file) {
     const Result<FileDescriptor> fd = asset_roots().open(file);
     if (!fd) return fd.error();
 
     struct stat status {};
 
-    if (::fstat(fd->get(), &status) != 0) return unreadable(file, errno);
+    if (::fstat(fd->get(), &status) != 0) return file_unreadable(file, errno);
     guard_input(file);
     if (status.st_size == 0) return make_asset_bytes({});
 
     const auto size = static_cast<size_t>(status.st_size);
     void* start = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, fd->get(), 0);
-    if (start == MAP_FAILED) return unreadable(file, errno);
+    if (start == MAP_FAILED) return file_unreadable(file, errno);
     return AssetBytesPtr(std::make_shared<MappedBytes>(start, size, file));
 }
 

@@ -35,17 +35,12 @@ std::string_view url_scheme(std::string_view name) {
     return has_slashes || scheme == "file" || scheme == "data" ? scheme : std::string_view();
 }
 
-Error unreadable(const std::string& file, int error) {
-    return {"file-unreadable",
-            fmt::format("cannot read \"{}\": {}", file, std::generic_category().message(error))};
-}
-
 Error not_found(const std::string& file) {
     return {"file-not-found", fmt::format("file \"{}\" does not exist", file)};
 }
 
 Error failed_to_open(const std::string& file, int error) {
-    return error == ENOENT || error == ENOTDIR ? not_found(file) : unreadable(file, error);
+    return error == ENOENT || error == ENOTDIR ? not_found(file) : file_unreadable(file, error);
 }
 
 std::string_view kind_name(mode_t mode) {
@@ -77,7 +72,7 @@ Result<FileDescriptor> open_entry(int folder,
     FileDescriptor fd(uninterrupted([&] { return ::openat(folder, entry.c_str(), flags); }));
     if (!fd.is_open()) return failed_to_open(file, errno);
     // And again: it may be another by now
-    if (::fstat(fd.get(), &status) != 0) return unreadable(file, errno);
+    if (::fstat(fd.get(), &status) != 0) return file_unreadable(file, errno);
     if (const Result<void> regular = check_regular(file, status); !regular) return regular.error();
     return fd;
 }
@@ -103,6 +98,11 @@ AssetRoots& process_roots() {
 }
 
 }  // namespace
+
+Error file_unreadable(const std::string& file, int error) {
+    return {"file-unreadable",
+            fmt::format("cannot read \"{}\": {}", file, std::generic_category().message(error))};
+}
 
 const AssetRoots& asset_roots() {
     return process_roots();
@@ -147,7 +147,7 @@ Result<AssetRoots::Place> AssetRoots::place_of(const std::string& file) const {
     const bool exists = !failed;
     // Whether a file is there is none of a scene's business either, outside of its folders
     if (!exists) real = fs::weakly_canonical(file, failed);
-    if (failed) return unreadable(file, failed.value());
+    if (failed) return file_unreadable(file, failed.value());
     for (const Folder& folder : *folders_) {
         const std::string start = folder.path == "/" ? folder.path : folder.path + '/';
         if (!real.native().starts_with(start)) continue;
@@ -174,7 +174,7 @@ Result<std::string> AssetRoots::admit(const std::string& file) const {
 
     struct stat status {};
 
-    if (::fstat(opened->get(), &status) != 0) return unreadable(file, errno);
+    if (::fstat(opened->get(), &status) != 0) return file_unreadable(file, errno);
     if (status.st_size == 0)
         return Error{"file-unreadable", fmt::format("\"{}\" has no bytes", file)};
     if (!folders_) return file;

@@ -16,6 +16,9 @@ namespace velatura {
 /// Error: "asset-name".
 Result<void> check_asset_name(std::string_view name);
 
+/// "cannot read FILE: why"; error: an errno.
+Error file_unreadable(const std::string& file, int error);
+
 /// Where the files may lie that a scene names: anywhere, or beneath some folders alone. This is the
 /// one door to them: whatever reads an asset opens it here, or asks here under which name a library
 /// may open it. Copies share the folders. Thread-safe.

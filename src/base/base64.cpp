@@ -9,7 +9,7 @@ namespace velatura {
 
 namespace {
 
-constexpr std::string_view digits =
+constexpr std::string_view alphabet =
     "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
 }  // namespace
@@ -22,7 +22,7 @@ std::string to_base64(std::string_view bytes) {
         uint32_t bits = 0;
         for (size_t k = 0; k < 3; ++k)
             bits = bits << 8 | (k < n ? uint32_t(static_cast<unsigned char>(bytes[i + k])) : 0u);
-        for (size_t k = 0; k < 4; ++k) text += k <= n ? digits[(bits >> (18 - 6 * k)) & 63] : '=';
+        for (size_t k = 0; k < 4; ++k) text += k <= n ? alphabet[(bits >> (18 - 6 * k)) & 63] : '=';
     }
     return text;
 }
@@ -30,8 +30,8 @@ std::string to_base64(std::string_view bytes) {
 std::string from_base64(std::string_view text) {
     std::array<int8_t, 256> digit_of;
     digit_of.fill(-1);
-    for (size_t i = 0; i < digits.size(); ++i)
-        digit_of[static_cast<unsigned char>(digits[i])] = int8_t(i);
+    for (size_t i = 0; i < alphabet.size(); ++i)
+        digit_of[static_cast<unsigned char>(alphabet[i])] = int8_t(i);
     std::string bytes;
     bytes.reserve(text.size() / 4 * 3);
     uint32_t bits = 0;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/frames.h"
 
+#include "base/characters.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -22,10 +24,6 @@ namespace fs = std::filesystem;
 constexpr size_t max_frames = 1'000'000;
 constexpr double largest_frame = 1e7;
 constexpr int max_digits = 32;
-
-bool is_digit(char c) {
-    return c >= '0' && c <= '9';
-}
 
 bool is_letter(char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');

@@ -22,7 +22,7 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
-constexpr const char* schema = "velatura.farm.job/1";
+constexpr const char* job_schema = "velatura.farm.job/1";
 constexpr const char* rounds_schema = "velatura.farm.rounds/1";
 
 struct EngineName {
@@ -48,7 +48,7 @@ std::string with_pieces(const json& j, const std::vector<Piece>& pieces) {
 
 std::string to_json(const Job& job) {
     json j;
-    j["schema"] = schema;
+    j["schema"] = job_schema;
     j["name"] = job.name;
     j["engine"] = name_of(job.engine);
     j["engine_options"] = job.engine_options;
@@ -249,8 +249,8 @@ Result<Job> read_job(const std::string& folder) {
     const Result<std::string> text = read_file(file);
     if (!text) return text.error();
     const json j = parsed(*text);
-    if (!j.is_object() || j.value("schema", json()) != schema)
-        return Error{"farm-job", fmt::format("{}: expected schema {}", file, schema)};
+    if (!j.is_object() || j.value("schema", json()) != job_schema)
+        return Error{"farm-job", fmt::format("{}: expected schema {}", file, job_schema)};
     std::string damaged = file;
     try {
         Job job = from_json(j);

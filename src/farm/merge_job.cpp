@@ -26,7 +26,7 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
-constexpr const char* schema = "velatura.farm.frame/1";
+constexpr const char* frame_schema = "velatura.farm.frame/1";
 
 /// The compositor beside this program, else that of $PATH.
 std::string compositor_program() {
@@ -133,7 +133,7 @@ Result<std::optional<FrameResult>> stored_result(const Job& job, size_t frame) {
                                                      "again",
                                                      job.result_file(frame))};
     const json j = is_json_too_deep(*text) ? json() : json::parse(*text, nullptr, false);
-    if (!j.is_object() || j.value("schema", json()) != schema) return damaged;
+    if (!j.is_object() || j.value("schema", json()) != frame_schema) return damaged;
     try {
         FrameResult result;
         result.output = j.at("output").get<std::string>();
@@ -149,7 +149,7 @@ Result<std::optional<FrameResult>> stored_result(const Job& job, size_t frame) {
 }
 
 Result<void> write_result(const Job& job, size_t frame, const FrameResult& result) {
-    json j = {{"schema", schema},        {"output", result.output},
+    json j = {{"schema", frame_schema},  {"output", result.output},
               {"sha256", result.sha256}, {"wall_s", result.wall_s},
               {"spp", result.spp},       {"errors", to_json(result.errors)}};
     if (!result.problem.empty()) j["problem"] = result.problem;

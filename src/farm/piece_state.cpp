@@ -24,7 +24,7 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
-constexpr const char* schema = "velatura.farm.piece/1";
+constexpr const char* piece_schema = "velatura.farm.piece/1";
 
 struct StateName {
     State state;
@@ -105,7 +105,7 @@ Result<PieceState> read_piece(const Job& job, size_t piece, bool is_job_canceled
         const Result<std::string> text = read_file(file);
         if (!text) return text.error();
         const json j = is_json_too_deep(*text) ? json() : json::parse(*text, nullptr, false);
-        if (!j.is_object() || j.value("schema", json()) != schema)
+        if (!j.is_object() || j.value("schema", json()) != piece_schema)
             return Error{"farm-piece",
                          fmt::format("{} is damaged; remove it to render the piece again", file)};
         try {
@@ -153,7 +153,7 @@ Result<std::vector<PieceState>> read_pieces(const Job& job) {
 
 Result<void> write_piece(const Job& job, size_t piece, const PieceState& s) {
     json j;
-    j["schema"] = schema;
+    j["schema"] = piece_schema;
     j["state"] = name_of(s.state);
     j["failures"] = s.failures;
     j["percent"] = s.percent;

@@ -21,7 +21,7 @@ constexpr size_t records_per_cell = 600;
 /// finer choice.
 constexpr size_t places_limit = size_t(1) << 16;
 /// A division that leaves less than this share on one side is no division by the median.
-constexpr size_t min_share = 8;
+constexpr size_t min_part = 8;
 
 }  // namespace
 
@@ -124,7 +124,7 @@ class FieldBuilder {
         const float split = median->c[axis];
         const auto below = std::count_if(places.begin(), median,
                                          [&](const auto& at) { return at.c[axis] < split; });
-        if (size_t(below) * min_share >= places.size()) return split;
+        if (size_t(below) * min_part >= places.size()) return split;
         const float middle = extent.low.c[axis] + 0.5f * extent.length(axis);
         return middle > extent.low.c[axis] ? middle : extent.high.c[axis];
     }

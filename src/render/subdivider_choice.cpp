@@ -10,17 +10,17 @@ namespace velatura::render {
 
 namespace {
 
-const plugin::Need need = {geometry::subdivider_interface,
-                           geometry::subdivider_interface_version,
-                           {"effect", "subdivision"},
-                           "subdivision"};
+const plugin::Need subdivider_need = {geometry::subdivider_interface,
+                                      geometry::subdivider_interface_version,
+                                      {"effect", "subdivision"},
+                                      "subdivision"};
 
 }  // namespace
 
 const geometry::Subdivider* find_subdivider(const scene::Scene& scene, Diagnostics& diagnostics) {
     const scene::Shape* first = geometry::first_subdivided(scene);
     if (first == nullptr) return nullptr;
-    const Result<const void*> object = plugin::open_needed(need);
+    const Result<const void*> object = plugin::open_needed(subdivider_need);
     if (object) return static_cast<const geometry::Subdivider*>(*object);
     const scene::Provenance where = first->provenance < scene.provenance.size()
                                         ? scene.provenance[first->provenance]

@@ -12,10 +12,10 @@ namespace velatura::render {
 
 namespace {
 
-const plugin::Need need = {media::volume_source_interface,
-                           media::volume_source_interface_version,
-                           {"effect", "volumes"},
-                           "volume"};
+const plugin::Need volume_need = {media::volume_source_interface,
+                                  media::volume_source_interface_version,
+                                  {"effect", "volumes"},
+                                  "volume"};
 
 /// The grids of files that the scene may name.
 class AdmittedGrids final : public media::VolumeSource {
@@ -45,7 +45,7 @@ class AdmittedGrids final : public media::VolumeSource {
 
 void load_volumes(scene::Scene& scene, std::optional<double> max_gb, Diagnostics& diagnostics) {
     if (!media::needs_grids(scene)) return;
-    const Result<const void*> object = plugin::open_needed(need);
+    const Result<const void*> object = plugin::open_needed(volume_need);
     if (!object) {
         media::drop_volumes(scene, object.error(), diagnostics);
         return;

@@ -144,7 +144,7 @@ constexpr TokenChoice choices[] = {
     {"renderVisibility", "inherited|invisible|visible", "visible is used"},
 };
 
-constexpr ExtraName others[] = {
+constexpr ExtraName names_beside_schemas[] = {
     {"", "velatura:shadow:caster"},
     {"", "material:binding"},
     {"", "material:binding:full"},
@@ -273,7 +273,7 @@ std::span<const TokenChoice> token_choices() {
 }
 
 std::span<const ExtraName> other_names() {
-    return others;
+    return names_beside_schemas;
 }
 
 std::span<const std::string_view> schemas_without_image() {

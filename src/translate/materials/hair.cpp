@@ -19,7 +19,7 @@ constexpr std::array hair_inputs = {"color",      "eumelanin",   "pheomelanin",
 
 constexpr float unbounded = std::numeric_limits<float>::infinity();
 
-bool is_authored(Prim shader, const char* name) {
+bool has_input(Prim shader, const char* name) {
     const Attribute input = shader.attribute(std::string("inputs:") + name);
     return input.has_authored_value() || input.has_authored_connections();
 }
@@ -55,9 +55,9 @@ void warn_unknown_inputs(Context& ctx, Prim shader) {
 /// The strongest of the ways to say what absorbs.
 scene::Hair::Absorber read_absorber(Context& ctx, Prim shader) {
     using Absorber = scene::Hair::Absorber;
-    const bool has_color = is_authored(shader, "color");
-    const bool has_melanin = is_authored(shader, "eumelanin") || is_authored(shader, "pheomelanin");
-    const bool has_coefficient = is_authored(shader, "absorption");
+    const bool has_color = has_input(shader, "color");
+    const bool has_melanin = has_input(shader, "eumelanin") || has_input(shader, "pheomelanin");
+    const bool has_coefficient = has_input(shader, "absorption");
     if (int(has_color) + int(has_melanin) + int(has_coefficient) > 1)
         ctx.warn("several-hair-colors", shader,
                  fmt::format("color, melanin and absorption are alternatives; {} is used",
@@ -74,7 +74,7 @@ scene::Material read_hair(Context& ctx, Prim shader, MaterialEntry& entry) {
     hair.absorber = read_absorber(ctx, shader);
     hair.color = reader.color("color", hair.color.value);
     // One of the two alone is all there is
-    const bool has_red = is_authored(shader, "pheomelanin");
+    const bool has_red = has_input(shader, "pheomelanin");
     hair.eumelanin = reader.number("eumelanin", has_red ? 0.0f : hair.eumelanin.value.x);
     hair.pheomelanin = reader.number("pheomelanin", hair.pheomelanin.value.x);
     hair.absorption = reader.color("absorption", hair.absorption.value);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "base/characters.h"
 #include "usd/layer/expression_node.h"
 
 #include <fmt/format.h>
@@ -23,10 +24,6 @@ constexpr Function functions[] = {
     {"neq", 2, 2}, {"lt", 2, 2},       {"leq", 2, 2}, {"gt", 2, 2},       {"geq", 2, 2},
     {"at", 2, 2},  {"contains", 2, 2}, {"len", 1, 1}, {"defined", 1, -1},
 };
-
-bool is_digit(char c) {
-    return c >= '0' && c <= '9';
-}
 
 bool is_name_start(char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';

@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <set>
 
@@ -21,7 +20,6 @@ using layer::Vec2d;
 
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 /// Files one template may name.
 constexpr size_t max_template_clips = 100000;
 
@@ -272,8 +270,8 @@ class DefinitionBuilder {
             Clip clip;
             clip.asset = assets[size_t(entry.y)];
             clip.authored_start = entry.x;
-            clip.start = i == 0 ? -infinity : entry.x;
-            clip.end = i + 1 < active.size() ? active[i + 1].x : infinity;
+            clip.start = i == 0 ? -no_limit : entry.x;
+            clip.end = i + 1 < active.size() ? active[i + 1].x : no_limit;
             out.clips.push_back(clip);
         }
         return true;

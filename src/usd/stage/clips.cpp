@@ -5,7 +5,6 @@
 #include "usd/stage/value_cast.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace velatura::usd::stage {
 
@@ -14,8 +13,6 @@ using layer::Token;
 using layer::Value;
 
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// y at x on the line through two points; exact at the points.
 double on_line(double x, double x0, double y0, double x1, double y1) {
@@ -229,8 +226,8 @@ Value ClipSet::value_at_sample(Path attribute, double time) const {
 Value ClipSet::value(Path attribute, double time) const {
     const auto& clips = definition_.clips;
     const size_t active = active_clip(time);
-    double lower = -infinity;
-    double upper = infinity;
+    double lower = -no_limit;
+    double upper = no_limit;
     if (contributes(active, attribute)) {
         for (const double t : clip_sample_times(active, attribute)) {
             if (t <= time) lower = t;
@@ -240,18 +237,18 @@ Value ClipSet::value(Path attribute, double time) const {
             }
         }
         // Before the first clip's first time its value holds
-        if (lower == -infinity) lower = upper;
+        if (lower == -no_limit) lower = upper;
     }
-    for (size_t i = active; lower == -infinity && i-- > 0;) {
+    for (size_t i = active; lower == -no_limit && i-- > 0;) {
         if (contributes(i, attribute)) lower = clip_sample_times(i, attribute).back();
     }
-    for (size_t i = active + 1; upper == infinity && i < clips.size(); ++i) {
+    for (size_t i = active + 1; upper == no_limit && i < clips.size(); ++i) {
         if (contributes(i, attribute)) upper = clips[i].start;
     }
-    if (lower == -infinity) lower = upper;
-    if (lower == infinity) return Value::block();
+    if (lower == -no_limit) lower = upper;
+    if (lower == no_limit) return Value::block();
     const Value before = value_at_sample(attribute, lower);
-    if (upper == infinity || time <= lower || upper <= lower || !is_interpolable(before))
+    if (upper == no_limit || time <= lower || upper <= lower || !is_interpolable(before))
         return time >= upper && upper > lower ? value_at_sample(attribute, upper) : before;
     return interpolate(before, value_at_sample(attribute, upper), (time - lower) / (upper - lower));
 }

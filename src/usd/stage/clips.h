@@ -5,6 +5,7 @@
 #include "usd/layer/value.h"
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -13,6 +14,9 @@
 namespace velatura::usd::stage {
 
 struct PrimData;
+
+/// The first clip begins before all times, the last ends after them: -no_limit, no_limit.
+inline constexpr double no_limit = std::numeric_limits<double>::infinity();
 
 /// Opens the layer of a clip or manifest by its authored asset path; null when it cannot be read
 /// (which is reported once).

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "usd/text/scanner.h"
 
+#include "base/characters.h"
 #include "usd/layer/path.h"
 
 #include <fmt/format.h>
@@ -16,10 +17,6 @@
 namespace velatura::usd::text {
 
 namespace {
-
-bool is_digit(char c) {
-    return c >= '0' && c <= '9';
-}
 
 int hex_value(char c) {
     if (is_digit(c)) return c - '0';

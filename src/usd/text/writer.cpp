@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "usd/text/writer.h"
 
+#include "base/characters.h"
 #include "usd/text/layer_writer.h"
 #include "usd/text/number_text.h"
 #include "usd/text/spline_text.h"
@@ -16,10 +17,6 @@ namespace {
 using layer::Path;
 using layer::Spec;
 using layer::Token;
-
-bool is_digit(char c) {
-    return c >= '0' && c <= '9';
-}
 
 char lower(char c) {
     return c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c;
