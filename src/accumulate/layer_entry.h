@@ -15,11 +15,12 @@ struct LayerEntry {
     std::string bounce;  ///< `b2`, `tail`; empty = all
     std::string group;   ///< empty = all
     std::string
-        caster;        ///< for layers by caster: its name, `rest` for what nobody with a name took
-    std::string of;    ///< for half images: the layer it is half of; for clamps: the layer they cut
-    std::string type;  ///< half, float, uint, mixed
-    bool in_sum = false;    ///< one of the layers that the beauty is the fold of
-    bool is_empty = false;  ///< zero everywhere, not stored
+        caster;      ///< for layers by caster: its name, `rest` for what nobody with a name took
+    std::string of;  ///< for half images: the layer it is half of; for clamps: the layer they cut
+    std::string source, filter;  ///< of named data layers, as DataLayer
+    std::string type;            ///< half, float, uint, mixed
+    bool in_sum = false;         ///< one of the layers that the beauty is the fold of
+    bool is_empty = false;       ///< zero everywhere, not stored
     std::string digest;
 };
 

@@ -21,7 +21,36 @@ constexpr uint64_t max_accumulators = uint64_t(1)
                                       << 28;  // times two for clamps, and for halves, below 2^32
 constexpr uint64_t other_accumulators_per_group = 3;  // all of it, direct, unoccluded
 
+/// False where a word is unknown, or a layer has no channels or too many.
+bool parse_named_data(const nlohmann::json& list, LayerSet& set) {
+    for (const auto& d : list) {
+        DataLayer layer;
+        layer.name = d.at("name").get<std::string>();
+        layer.primvar = d.at("primvar").get<std::string>();
+        const auto source = d.at("source").get<std::string>();
+        const auto found = find_data_source(source);
+        const auto filter = find_data_filter(d.at("filter").get<std::string>());
+        layer.suffixes = d.at("channels").get<std::string>();
+        const bool is_primvar = source == name_of(DataSource::Primvar);
+        if ((!found && !is_primvar) || !filter || layer.width() < 1 || layer.width() > 4)
+            return false;
+        layer.source = is_primvar ? DataSource::Primvar : *found;
+        layer.filter = *filter;
+        layer.is_half = d.at("half").get<bool>();
+        layer.is_premultiplied = d.at("premultiplied").get<bool>();
+        set.named_data.push_back(std::move(layer));
+    }
+    return true;
+}
+
 }  // namespace
+
+std::vector<DataFilter> LayerSet::picking_filters() const {
+    std::vector<DataFilter> filters;
+    for (const DataLayer& d : named_data)
+        if (!d.is_summed()) filters.push_back(d.filter);
+    return filters;
+}
 
 std::string LayerSet::column_name(int column) const {
     return column > last_bounce ? std::string("tail") : fmt::format("b{}", column);
@@ -68,6 +97,14 @@ std::string LayerSet::to_json() const {
     j["data"] = data_layers;
     for (const DataAlias& a : data_aliases)
         j["aliases"].push_back({{"name", a.name}, {"of", a.of}});
+    for (const DataLayer& d : named_data)
+        j["namedData"].push_back({{"name", d.name},
+                                  {"source", name_of(d.source)},
+                                  {"primvar", d.primvar},
+                                  {"filter", name_of(d.filter)},
+                                  {"channels", d.suffixes},
+                                  {"half", d.is_half},
+                                  {"premultiplied", d.is_premultiplied}});
     j["halves"] = halves;
     j["float"] = float_layers;
     j["mattes"] = nlohmann::ordered_json::array();
@@ -124,6 +161,7 @@ Result<LayerSet> LayerSet::from_json(const std::string& text) {
             for (const auto& a : j["aliases"])
                 set.data_aliases.push_back(
                     {a.at("name").get<std::string>(), a.at("of").get<std::string>()});
+        if (j.contains("namedData") && !parse_named_data(j["namedData"], set)) return error;
         set.halves = j.at("halves").get<bool>();
         set.float_layers = j.at("float").get<bool>();
         for (const auto& word : j.at("mattes")) {
@@ -160,6 +198,8 @@ AccumulatorTable::AccumulatorTable(const LayerSet& set)
         count_ += how_many;
     };
     take(set.data_layers, albedo_, 5);
+    for (const DataLayer& d : set.named_data)
+        take(true, named_data_.emplace_back(absent), d.accumulators());
     // With the matrix at hand its margins are sums of cells, and bounce 1 per group is one of its
     // columns
     take(set.matrix_layers, matrix_, columns * groups_);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "accumulate/data_layer.h"
 #include "accumulate/matte_kind.h"
 #include "base/result.h"
 
@@ -71,8 +72,9 @@ struct LayerSet {
     bool has_strict_paths = false;  ///< G is rough and S a mirror; else each is any specular
     bool data_layers = true;  ///< albedo N P Z st primId instanceId sampleCount variance invalid
     std::vector<DataAlias> data_aliases;
-    bool halves = false;        ///< <layer>_hA, <layer>_hB of every light layer
-    bool float_layers = false;  ///< store light layers as float instead of half
+    std::vector<DataLayer> named_data;  ///< data layers requested one by one
+    bool halves = false;                ///< <layer>_hA, <layer>_hB of every light layer
+    bool float_layers = false;          ///< store light layers as float instead of half
     std::array<bool, matte_kinds.size()> mattes = {};  ///< Cryptomattes, by MatteKind
     int matte_levels = 6;  ///< things per pixel that a Cryptomatte stores, the largest ones; 1 … 64
 
@@ -94,6 +96,17 @@ struct LayerSet {
         return std::any_of(path_layers.begin(), path_layers.end(),
                            [&family](const PathLayer& p) { return p.family == family; });
     }
+
+    /// Whether files have data layers, of whichever kind.
+    bool has_data() const { return data_layers || !named_data.empty(); }
+
+    bool has_motion_data() const {
+        return std::any_of(named_data.begin(), named_data.end(),
+                           [](const DataLayer& d) { return d.is_motion(); });
+    }
+
+    /// Filters of those named data layers that are not sums, in their order.
+    std::vector<DataFilter> picking_filters() const;
 
     bool has_mattes(MatteKind kind) const { return mattes[size_t(kind)]; }
 
@@ -167,6 +180,9 @@ class AccumulatorTable {
         return unoccluded_paths_ == absent ? absent : unoccluded_paths_ + uint32_t(layer);
     }
 
+    /// The first accumulator of a named data layer that is summed, see DataLayer::accumulators().
+    uint32_t named_data(size_t layer) const { return named_data_[layer]; }
+
     /// What a caster took of the group's light; none of the rest.
     uint32_t taken(int g, uint32_t caster) const {
         return taken_ == absent ? absent : taken_ + uint32_t(g) * casters_ + caster;
@@ -192,6 +208,7 @@ class AccumulatorTable {
     uint32_t albedo_ = absent, matrix_ = absent, bounces_ = absent, all_ = absent, direct_ = absent,
              unoccluded_ = absent, taken_ = absent, paths_ = absent, unoccluded_paths_ = absent,
              clamped_ = absent;
+    std::vector<uint32_t> named_data_;
     bool halves_ = false;
 };
 

@@ -2,6 +2,7 @@
 #include "accumulate/sample_sums.h"
 
 #include "accumulate/matte_sums.h"
+#include "accumulate/picked_values.h"
 #include "accumulate/pixel_means.h"
 #include "base/check.h"
 
@@ -221,6 +222,8 @@ SampleSums::SampleSums(const image::Window& window, const LayerSet& set, uint64_
     const int tiles_y = (window.height() + tile_size - 1) / tile_size;
     tiles_.resize(size_t(tiles_x_) * size_t(tiles_y));
     if (set.has_mattes()) mattes_ = std::make_unique<MatteSums>(window);
+    if (std::vector<DataFilter> filters = set.picking_filters(); !filters.empty())
+        picks_ = std::make_unique<PickedValues>(window, std::move(filters));
 }
 
 SampleSums::~SampleSums() = default;
@@ -390,6 +393,7 @@ void SampleSums::append(const SampleSums& later) {
         }
     }
     if (mattes_ && later.mattes_) mattes_->add(*later.mattes_);
+    if (picks_ && later.picks_) picks_->add(*later.picks_);
 }
 
 Triple SampleSums::node_sum(int x, int y, uint32_t accumulator, size_t slot) const {
@@ -456,11 +460,13 @@ size_t SampleSums::expected_bytes(const image::Window& window, const LayerSet& s
     const auto mattes = size_t(std::count(set.mattes.begin(), set.mattes.end(), true));
     return tiles_of(window.width()) * tiles_of(window.height()) *
                (sizeof(Tile) + planes * per_plane) +
-           mattes * MatteSums::expected_bytes(window);
+           mattes * MatteSums::expected_bytes(window) +
+           PickedValues::expected_bytes(window, set.picking_filters().size());
 }
 
 size_t SampleSums::memory_bytes() const {
-    size_t bytes = tiles_.size() * sizeof(tiles_[0]) + (mattes_ ? mattes_->memory_bytes() : 0);
+    size_t bytes = tiles_.size() * sizeof(tiles_[0]) + (mattes_ ? mattes_->memory_bytes() : 0) +
+                   (picks_ ? picks_->memory_bytes() : 0);
     for (const auto& tile : tiles_) {
         if (tile) bytes += tile->bytes();
     }

@@ -15,6 +15,7 @@
 namespace velatura::accumulate {
 
 class MatteSums;
+class PickedValues;
 
 /// What a pixel knows beside its sums.
 struct PixelRecord {
@@ -67,6 +68,11 @@ class SampleSums {
     MatteSums* mattes() { return mattes_.get(); }
 
     const MatteSums* mattes() const { return mattes_.get(); }
+
+    /// What filters other than the mean keep; null where no data layer has such a filter.
+    PickedValues* picks() { return picks_.get(); }
+
+    const PickedValues* picks() const { return picks_.get(); }
 
     const PixelRecord& record(int x, int y) const;
 
@@ -138,6 +144,7 @@ class SampleSums {
     int tiles_x_ = 0;
     std::vector<std::unique_ptr<Tile>> tiles_;
     std::unique_ptr<MatteSums> mattes_;
+    std::unique_ptr<PickedValues> picks_;
 };
 
 }  // namespace velatura::accumulate

@@ -10,6 +10,8 @@
 #include "app/stop_signals.h"
 #include "base/process/memory_limit.h"
 
+#include <fmt/format.h>
+
 #include <utility>
 
 namespace velatura::app {
@@ -213,7 +215,21 @@ bool FrameRenderer::write_files(int& code) {
     if (!job_.arguments.quiet)
         print_summary(job_, input_.output, *written, unread_textures(renderer_.world()), noise_,
                       result_);
+    if (!write_others()) return false;
     lock_.reset();
+    return true;
+}
+
+/// Files of other products hold the same.
+bool FrameRenderer::write_others() {
+    for (const std::string& path : input_.other_outputs) {
+        const Result<layers::WriteReport> written = write(path);
+        if (!written) {
+            diagnostics_.error(written.error().code, {}, {}, written.error().message);
+            return false;
+        }
+        if (!job_.arguments.quiet) fmt::print("{}: the same layers\n", path);
+    }
     return true;
 }
 

@@ -98,6 +98,7 @@ class FrameRenderer {
     integrator::RenderCallbacks callbacks();
     /// Returns: whether all could be written; `code` is set.
     bool write_files(int& code);
+    bool write_others();
 
     const RenderJob job_;
     const FrameInput& input_;

@@ -27,6 +27,11 @@ the beauty alone.
   velatura render shot.usda -o shot.exr --layers bounce,light --float-layers
   velatura render shot.usda -o shot.exr --layers bounce,light,matrix,shadow,caster,data
 
+Data layers by name: any primvar, Neye, Peye, Ng, elementId, motion vectors (motion, backward),
+each with a filter (average, closest, min, max):
+
+  velatura render shot.usda -o shot.exr --layers bounce,data,primvar:Pref,Z:min,motion
+
 Light path expressions add AOVs of their own. Cryptomattes and deep images are separate:
 
   velatura render shot.usda -o shot.exr --lpe "key_gi=C.{2,}<L.'key'>"

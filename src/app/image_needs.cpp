@@ -60,7 +60,9 @@ ChannelCounts channel_counts(const film::LayerSet& layers) {
     n.light_layers = counts.as_chosen + counts.as_float;
     n.as_chosen = 3 * counts.as_chosen;
     n.as_half = 3 * mattes;
-    n.as_float = rgba_channels + 3 * (counts.as_float + int(layers.data_aliases.size())) +
+    int named = 0;
+    for (const accumulate::DataLayer& d : layers.named_data) named += int(d.width());
+    n.as_float = named + rgba_channels + 3 * (counts.as_float + int(layers.data_aliases.size())) +
                  (layers.data_layers ? data_channels : 0) +
                  4 * ((layers.matte_levels + 1) / 2) * mattes;
     return n;

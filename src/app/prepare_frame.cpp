@@ -5,11 +5,11 @@
 #include "app/failure_line.h"
 #include "app/memory_options.h"
 #include "app/parse_values.h"
+#include "app/products.h"
 #include "app/progress.h"
 #include "app/render_layers.h"
 #include "app/scene_loader.h"
 #include "app/stop_signals.h"
-#include "base/asset_roots.h"
 #include "base/frames.h"
 #include "base/process/mapping_guard.h"
 #include "base/process/memory_limit.h"
@@ -18,6 +18,7 @@
 #include "render/volume_loading.h"
 #include "translate/authored_names.h"
 #include "translate/light_values.h"
+#include "translate/moments.h"
 #include "translate/translate.h"
 
 #include <fmt/format.h>
@@ -26,6 +27,7 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -46,31 +48,12 @@ std::string file_of_frame(const std::string& name, double frame, bool has_many) 
         frame);
 }
 
-/// The file that the scene's product asks for. A confined scene does not choose the folder.
-std::string product_name(const scene::Scene& scene, Diagnostics& diagnostics) {
-    const std::filesystem::path name = scene.settings.products.front().name;
-    if (!asset_roots().is_confined() || !name.has_parent_path()) return name.string();
-    diagnostics.warn("render-products", {}, scene.settings.name,
-                     fmt::format("product \"{}\" names a folder, which a confined scene cannot "
-                                 "choose; writing {}; set the output with -o",
-                                 name.string(), name.filename().string()));
-    return name.filename().string();
-}
-
-std::string output_pattern(const RenderArguments& arguments,
-                           const scene::Scene& scene,
-                           Diagnostics& diagnostics) {
-    if (!arguments.output.empty()) return arguments.output;
-    if (!scene.settings.products.empty() && !scene.settings.products.front().name.empty()) {
-        const std::string name = product_name(scene, diagnostics);
-        if (has_exr_extension(name)) return name;
-        diagnostics.warn(
-            "render-products", {}, scene.settings.name,
-            fmt::format("product \"{}\" is not the name of an OpenEXR file; writing {}.exr", name,
-                        name));
-        return name + ".exr";
-    }
-    return std::filesystem::path(arguments.scene).stem().string() + ".exr";
+/// A file of one product among several.
+std::string beside(const std::string& name, const std::string& suffix) {
+    if (name.empty() || suffix.empty()) return name;
+    const std::filesystem::path path(name);
+    return (path.parent_path() / (path.stem().string() + "." + suffix + path.extension().string()))
+        .string();
 }
 
 /// Millions as asked for, else what half of the machine's memory holds, and not more than the
@@ -89,12 +72,13 @@ size_t copy_limit() {
                     MemoryLimit::allowed() / 4 / bytes_of_one);
 }
 
-translate::TranslateOptions translate_options(const RenderJob& job, double frame) {
+translate::TranslateOptions translate_options(const RenderJob& job, double frame, size_t product) {
     const RenderArguments& a = job.arguments;
     translate::TranslateOptions options;
     options.camera = a.camera;
     options.settings = a.settings;
     options.time = frame;
+    options.product = product;
     if (a.resolution.size() == 2)
         options.resolution = std::array<int, 2>{a.resolution[0], a.resolution[1]};
     options.material_purpose = a.material_purpose;
@@ -104,22 +88,14 @@ translate::TranslateOptions translate_options(const RenderJob& job, double frame
     }
     options.max_instances = instance_limit(a.instance_limit);
     options.max_copies = copy_limit();
+    for (const DataRequest& request : job.data)
+        if (!request.primvar.empty()) options.primvars.push_back(request.primvar);
     options.finds_casters = job.settings.layers.caster_layers;
     options.casters = a.casters;
     options.light_grouping = a.lights == "off"      ? translate::LightGrouping::Off
                              : a.lights == "groups" ? translate::LightGrouping::Groups
                                                     : translate::LightGrouping::PerLight;
     return options;
-}
-
-/// Warns about what the scene's products ask for and a render does not write.
-void check_products(const scene::RenderSettings& settings, Diagnostics& diagnostics) {
-    if (settings.products.size() > 1) {
-        diagnostics.warn("render-products", {}, settings.name,
-                         fmt::format("{} render products; writing one file with all light layers, "
-                                     "named as the first product",
-                                     settings.products.size()));
-    }
 }
 
 /// Before the plan: only then is it known whether grids hold anything.
@@ -182,13 +158,20 @@ int prepare_all(const RenderArguments& arguments, const FrameFunction& use) {
         asked->empty() ? std::vector<double>{loaded->stage.start_time_code()} : *asked;
 
     int worst = Done;
+    // One file, or one sample, is of one view
+    const bool has_one_view = !arguments.output.empty() || !arguments.replay.empty();
     for (const double frame : frames) {
-        const Result<PreparedFrame> ready =
-            prepare_frame(*job, *loaded, frame, frames.size() > 1, diagnostics);
-        const int code = ready ? use(*job, ready->input, diagnostics)
-                               : fail(ready.error(), exit_code_of(ready.error()));
-        if (code == UsageError || code >= SignalBase) return code;
-        worst = worse_exit_code(worst, code);
+        std::optional<size_t> product = 0;
+        while (product) {
+            const Result<PreparedFrame> ready =
+                prepare_frame(*job, *loaded, frame, frames.size() > 1, diagnostics, *product);
+            product.reset();
+            if (ready && !has_one_view) product = next_view(ready->scene->settings);
+            const int code = ready ? use(*job, ready->input, diagnostics)
+                                   : fail(ready.error(), exit_code_of(ready.error()));
+            if (code == UsageError || code >= SignalBase) return code;
+            worst = worse_exit_code(worst, code);
+        }
     }
     return worst;
 }
@@ -208,11 +191,12 @@ Result<PreparedFrame> prepare_frame(const RenderJob& job,
                                     const LoadedStage& loaded,
                                     double frame,
                                     bool has_many,
-                                    Diagnostics& diagnostics) {
+                                    Diagnostics& diagnostics,
+                                    size_t product) {
     MemoryLimit::enforce("while translating the scene");
     const auto start = std::chrono::steady_clock::now();
-    Result<scene::Scene> translated =
-        translate::translate_stage(loaded.stage, translate_options(job, frame), diagnostics);
+    Result<scene::Scene> translated = translate::translate_stage(
+        loaded.stage, translate_options(job, frame, product), diagnostics);
     if (!translated) return translated.error();
     // main() says which
     if (!truncated_files().empty())
@@ -220,7 +204,6 @@ Result<PreparedFrame> prepare_frame(const RenderJob& job,
             "file-lost",
             "files of the scene changed while they were read; nothing is rendered; render again"};
     auto scene = std::make_unique<scene::Scene>(std::move(*translated));
-    check_products(scene->settings, diagnostics);
     if (const Result<void> ok = check_render_vars(job, *scene, diagnostics); !ok) return ok.error();
     if (const size_t errors = diagnostics.error_count(); job.arguments.strict && errors > 0)
         return Error{"strict",
@@ -229,12 +212,16 @@ Result<PreparedFrame> prepare_frame(const RenderJob& job,
     read_volumes(job, *scene, diagnostics);
     render::Settings settings = job.settings;
     settings.layers = layers_of(job, *scene);
+    translate::add_moments(loaded.stage, translate_options(job, frame, product),
+                           moments_of(settings.layers), *scene, diagnostics);
     integrator::EffectPlan plan = render::plan_effects(settings, *scene);
     FrameInput input(*scene);
     input.plan = std::move(plan);
-    input.output =
-        file_of_frame(output_pattern(job.arguments, *scene, diagnostics), frame, has_many);
-    input.stats_file = file_of_frame(job.arguments.stats, frame, has_many);
+    const OutputNames names = output_names(job.arguments, *scene, diagnostics);
+    input.output = file_of_frame(names.first, frame, has_many);
+    for (const std::string& other : names.others)
+        input.other_outputs.push_back(file_of_frame(other, frame, has_many));
+    input.stats_file = file_of_frame(beside(job.arguments.stats, names.suffix), frame, has_many);
     input.scene_name = std::filesystem::path(job.arguments.scene).filename().string();
     input.content_hash = loaded.content_hash;
     input.layer_names = loaded.layer_names;

@@ -21,13 +21,15 @@ Result<std::vector<double>> frames_of(const RenderArguments& arguments);
 
 /// Translates one frame, reads its volumes, chooses its layers and its effects. Nothing is printed.
 /// Args:   has_many: each of several frames has files of its own.
+///         product: index among the settings' products, whose view is rendered.
 /// Errors: those of translate_stage, "file-lost" (files changed while they were read), "strict",
 ///         "lpe" (usage: a wrong --lpe).
 Result<PreparedFrame> prepare_frame(const RenderJob& job,
                                     const LoadedStage& loaded,
                                     double frame,
                                     bool has_many,
-                                    Diagnostics& diagnostics);
+                                    Diagnostics& diagnostics,
+                                    size_t product = 0);
 
 /// What is done with a frame that is ready. Returns: an exit code of exit_codes.h.
 using FrameFunction =

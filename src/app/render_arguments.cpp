@@ -185,8 +185,10 @@ void declare_layer_options(Command layers, RenderArguments& a) {
         .one_of({"per-light", "groups", "off"})
         .common();
     layers
-        .add_option("--layers", a.layers,
-                    "AOV sets, of bounce, light, matrix, shadow, caster, lobe, data; or none")
+        .add_option(
+            "--layers", a.layers,
+            "AOV sets, of bounce, light, matrix, shadow, caster, lobe, data, or none; and data "
+            "layers as [NAME=]SOURCE[:FILTER], e.g. Neye, primvar:Pref, Z:min, motion")
         .type_name("LIST")
         .common();
     layers

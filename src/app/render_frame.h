@@ -19,9 +19,10 @@ struct FrameInput {
     const scene::Scene& scene;
     integrator::EffectPlan plan;
     std::string output;
-    std::string stats_file;     ///< empty: no statistics are written
-    std::string scene_name;     ///< file name of the root layer, no folder
-    uint64_t content_hash = 0;  ///< of every layer that took part
+    std::vector<std::string> other_outputs;  ///< of products that share the samples
+    std::string stats_file;                  ///< empty: no statistics are written
+    std::string scene_name;                  ///< file name of the root layer, no folder
+    uint64_t content_hash = 0;               ///< of every layer that took part
     std::vector<std::string> layer_names;
     std::vector<std::string> layer_files;           ///< where they are
     std::vector<layers::LightValues> light_values;  ///< of the light prims

@@ -180,12 +180,13 @@ Result<void> choose_layers(const RenderArguments& a, RenderJob& job) {
                      : family == "lobe"   ? &has_lobes
                      : family == "data"   ? &layers.data_layers
                                           : nullptr;
-        if (!flag)
-            return usage(
-                fmt::format("--layers: unknown AOV set \"{}\"; expected bounce, light, matrix, "
-                            "shadow, caster, lobe, data or none",
-                            family));
-        *flag = true;
+        if (flag) {
+            *flag = true;
+            continue;
+        }
+        Result<DataRequest> request = parse_data_request(family);
+        if (!request) return usage("--layers: " + request.error().message);
+        job.data.push_back(*std::move(request));
     }
     if (has_lobes) layers.path_layers = film::lobe_layers();
     layers.has_strict_paths = a.strict_lpe;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "app/data_requests.h"
 #include "app/progress.h"
 #include "app/render_arguments.h"
 #include "base/result.h"
@@ -11,6 +12,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace velatura::app {
 
@@ -19,6 +21,7 @@ namespace velatura::app {
 struct RenderJob {
     RenderArguments arguments;
     render::Settings settings;           ///< layers without groups
+    std::vector<DataRequest> data;       ///< of --layers
     std::string light_sampling = "mis";  ///< as the option names it
     std::string light_selection_name = "tree";
     layers::Layout layout = layers::Layout::MultiPart;

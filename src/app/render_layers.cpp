@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/render_layers.h"
 
+#include "accumulate/data_layer.h"
 #include "accumulate/layer_sources.h"
 #include "accumulate/names.h"
+#include "app/data_requests.h"
 #include "base/unique_names.h"
 #include "film/light_path_expression.h"
 #include "film/lobe_layers.h"
@@ -13,7 +15,9 @@
 #include <cctype>
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
+#include <vector>
 
 namespace velatura::app {
 
@@ -129,22 +133,124 @@ class LayerChoice {
         return ok;
     }
 
-    std::string add_data(const std::string& name, const std::string& source) {
-        const std::optional<std::string> of = data_layer(source.empty() ? name : source);
-        if (!of) return "there is no such layer";
+    /// A render var of sourceType raw or primvar.
+    std::string add_var(const scene::RenderVar& var, const scene::Scene& scene) {
+        constexpr std::string_view prefix = "primvars:";
+        std::string source = var.source_name.empty() ? var.name : var.source_name;
+        bool is_primvar = var.source_type == "primvar";
+        if (source.starts_with(prefix)) {
+            source.erase(0, prefix.size());
+            is_primvar = true;
+        }
+        std::string note;
+        std::optional<accumulate::DataFilter> filter;
+        if (!var.filter.empty()) {
+            const Result<accumulate::DataFilter> parsed = parse_render_var_filter(var.filter);
+            if (parsed)
+                filter = *parsed;
+            else
+                note = parsed.error().message;
+        }
+        const std::optional<NumberType> type = number_type(var.data_type);
+        if (!var.data_type.empty() && !type)
+            add_note(note,
+                     fmt::format("dataType {} holds no numbers; it is ignored", var.data_type));
+        if (is_primvar) {
+            add_note(note, add_primvar(var.name, source, filter, var.data_type, scene));
+            return note;
+        }
+        const bool is_plain =
+            filter.value_or(accumulate::DataFilter::Average) == accumulate::DataFilter::Average &&
+            !(type && type->is_half);
+        add_note(note, add_raw(var.name, source, filter, is_plain, type && type->is_half, scene));
+        return note;
+    }
+
+    /// A data layer of --layers.
+    std::string add_request(const DataRequest& request, const scene::Scene& scene) {
+        if (request.source == accumulate::DataSource::Primvar)
+            return add_primvar(request.name, request.primvar, request.filter, "", scene);
+        const std::string source(accumulate::name_of(request.source));
+        const bool is_plain = request.filter.value_or(accumulate::DataFilter::Average) ==
+                              accumulate::DataFilter::Average;
+        return add_raw(request.name, source, request.filter, is_plain, false, scene);
+    }
+
+  private:
+    static void add_note(std::string& note, const std::string& more) {
+        if (!more.empty()) note += (note.empty() ? "" : "; ") + more;
+    }
+
+    /// is_plain: filtered and stored as what files hold anyway.
+    std::string add_raw(const std::string& name,
+                        const std::string& source,
+                        std::optional<accumulate::DataFilter> filter,
+                        bool is_plain,
+                        bool is_half,
+                        const scene::Scene& scene) {
+        const std::optional<std::string> of = data_layer(source);
+        const bool is_beauty = of && (*of == "beauty" || *of == "alpha");
+        const std::optional<accumulate::DataSource> known = accumulate::find_data_source(source);
+        if (is_beauty || (of && !known) || (of && set_.data_layers && is_plain)) {
+            const std::string note = add_alias(name, *of);
+            return note.empty() && !is_plain
+                       ? fmt::format("{} has no other filter and precision", *of)
+                       : note;
+        }
+        if (known) {
+            accumulate::DataLayer layer;
+            layer.source = *known;
+            layer.suffixes = accumulate::suffixes_of(*known);
+            layer.is_premultiplied = accumulate::is_premultiplied(*known);
+            layer.is_half = is_half;
+            if (*known == accumulate::DataSource::Element)
+                layer.filter = accumulate::DataFilter::Closest;
+            return add_layer(std::move(layer), name, filter);
+        }
+        // Others have names of their own for what is a primvar
+        if (make_primvar_layer(scene, source, ""))
+            return add_primvar(name, source, filter, "", scene);
+        return fmt::format(
+            "there is no data layer \"{}\"; data layers: {}, beauty, alpha, primId, "
+            "instanceId, sampleCount; {}",
+            source, data_sources_text(), primvars_text(scene));
+    }
+
+    std::string add_primvar(const std::string& name,
+                            const std::string& primvar,
+                            std::optional<accumulate::DataFilter> filter,
+                            const std::string& data_type,
+                            const scene::Scene& scene) {
+        Result<accumulate::DataLayer> layer = make_primvar_layer(scene, primvar, data_type);
+        if (!layer) return layer.error().message;
+        return add_layer(*std::move(layer), name, filter);
+    }
+
+    std::string add_layer(accumulate::DataLayer layer,
+                          const std::string& name,
+                          std::optional<accumulate::DataFilter> filter) {
+        if (filter) layer.filter = *filter;
+        layer.name = name;
+        std::string note = find_name(layer.name);
+        taken_.emplace(layer.name, "");
+        set_.named_data.push_back(std::move(layer));
+        return note;
+    }
+
+    /// What every file holds, under another name as well.
+    std::string add_alias(const std::string& name, const std::string& of) {
         // Every file holds these, as R, G, B, A
-        const bool is_beauty = *of == "beauty" || *of == "alpha";
+        const bool is_beauty = of == "beauty" || of == "alpha";
         if (is_beauty && data_layer(name) == of) return "";
         if (!is_beauty && !set_.data_layers) return "--layers has no data";
-        if (*of == name) return "";
-        accumulate::DataAlias alias{name, *of};
-        const std::string note = find_name(alias.name);
+        if (of == name) return "";
+        accumulate::DataAlias alias{name, of};
+        std::string note = find_name(alias.name);
         taken_.emplace(alias.name, "");
         set_.data_aliases.push_back(std::move(alias));
         return note;
     }
 
-  private:
     /// Makes the name one that no layer has and files take. Returns: a note if that changed it.
     std::string find_name(std::string& name) {
         std::string legal;
@@ -177,26 +283,38 @@ std::pair<std::string, std::string> split_lpe(const std::string& text) {
     return {text.substr(0, at), text.substr(at + 1)};
 }
 
-/// The var's notes go to tell(var, note, is_error).
+/// Products that share the samples of the one that is rendered.
+std::vector<const scene::RenderProduct*> shared_products(const scene::RenderSettings& settings) {
+    std::vector<const scene::RenderProduct*> products;
+    for (const scene::RenderProduct& product : settings.products)
+        if (product.view == settings.products[settings.product].view) products.push_back(&product);
+    return products;
+}
+
+/// Notes go to report(var, note, is_error).
 template <class Report>
-void add_vars(const scene::RenderSettings& settings, LayerChoice& choice, const Report& report) {
-    if (settings.products.empty()) return;
-    for (const scene::RenderVar& var : settings.products.front().vars) {
-        if (var.source_type == "lpe") {
-            const Result<std::string> note = choice.add_path(var.name, var.source_name);
-            if (!note)
-                report(var, note.error().message, true);
-            else if (!note->empty())
-                report(var, *note, false);
-        } else if (var.source_type == "raw") {
-            const std::string note = choice.add_data(var.name, var.source_name);
-            if (!note.empty()) report(var, note, false);
-        } else if (var.source_type != "intrinsic") {
-            // Intrinsic ones were told of where they were read
-            report(var,
-                   fmt::format("sourceType {} is not supported; the render var is skipped",
-                               var.source_type),
-                   false);
+void add_vars(const scene::Scene& scene, LayerChoice& choice, const Report& report) {
+    std::set<scene::ProvenanceId> known;
+    for (const scene::RenderProduct* product : shared_products(scene.settings)) {
+        for (const scene::RenderVar& var : product->vars) {
+            // Products may share their vars as well
+            if (var.provenance != scene::none && !known.insert(var.provenance).second) continue;
+            if (var.source_type == "lpe") {
+                const Result<std::string> note = choice.add_path(var.name, var.source_name);
+                if (!note)
+                    report(var, note.error().message, true);
+                else if (!note->empty())
+                    report(var, *note, false);
+            } else if (var.source_type == "raw" || var.source_type == "primvar") {
+                const std::string note = choice.add_var(var, scene);
+                if (!note.empty()) report(var, note, false);
+            } else if (var.source_type != "intrinsic") {
+                // Intrinsic ones were told of where they were read
+                report(var,
+                       fmt::format("sourceType {} is not supported; the render var is skipped",
+                                   var.source_type),
+                       false);
+            }
         }
     }
 }
@@ -214,10 +332,29 @@ film::LayerSet layers_of(const RenderJob& job, const scene::Scene& scene) {
         const auto told_elsewhere = choice.add_path(name, expression);
         (void)told_elsewhere;
     }
-    add_vars(scene.settings, choice, [](const scene::RenderVar&, const std::string&, bool) {});
+    for (const DataRequest& request : job.data) {
+        const auto told_elsewhere = choice.add_request(request, scene);
+        (void)told_elsewhere;
+    }
+    add_vars(scene, choice, [](const scene::RenderVar&, const std::string&, bool) {});
     const auto told_elsewhere = choice.finish();
     (void)told_elsewhere;
     return choice.set();
+}
+
+std::vector<scene::MomentKind> moments_of(const film::LayerSet& layers) {
+    using accumulate::DataSource;
+    using scene::MomentKind;
+    std::set<MomentKind> kinds;
+    for (const accumulate::DataLayer& d : layers.named_data) {
+        if (d.source == DataSource::Motion)
+            kinds.insert({MomentKind::Frame, MomentKind::NextFrame});
+        if (d.source == DataSource::BackwardMotion)
+            kinds.insert({MomentKind::Frame, MomentKind::PreviousFrame});
+        if (d.source == DataSource::ShutterMotion)
+            kinds.insert({MomentKind::ShutterOpen, MomentKind::ShutterClose});
+    }
+    return {kinds.begin(), kinds.end()};
 }
 
 Result<void> check_render_vars(const RenderJob& job,
@@ -231,19 +368,24 @@ Result<void> check_render_vars(const RenderJob& job,
         if (!note->empty())
             diagnostics.warn("lpe", {}, {}, fmt::format("--lpe {}: {}", name, *note));
     }
-    add_vars(scene.settings, choice,
-             [&](const scene::RenderVar& var, const std::string& note, bool is_error) {
-                 const bool is_known = var.provenance < scene.provenance.size();
-                 const SourceLoc loc =
-                     is_known ? scene.provenance[var.provenance].loc : SourceLoc{};
-                 const std::string prim =
-                     is_known ? scene.provenance[var.provenance].prim_path : scene.settings.name;
-                 const std::string message = fmt::format("render var {}: {}", var.name, note);
-                 if (is_error)
-                     diagnostics.error("render-var", loc, prim, message);
-                 else
-                     diagnostics.warn("render-var", loc, prim, message);
-             });
+    for (const DataRequest& request : job.data) {
+        const std::string note = choice.add_request(request, scene);
+        if (!note.empty())
+            diagnostics.warn("data-layer", {}, {},
+                             fmt::format("--layers {}: {}", request.text, note));
+    }
+    add_vars(
+        scene, choice, [&](const scene::RenderVar& var, const std::string& note, bool is_error) {
+            const bool is_known = var.provenance < scene.provenance.size();
+            const SourceLoc loc = is_known ? scene.provenance[var.provenance].loc : SourceLoc{};
+            const std::string prim =
+                is_known ? scene.provenance[var.provenance].prim_path : scene.settings.name;
+            const std::string message = fmt::format("render var {}: {}", var.name, note);
+            if (is_error)
+                diagnostics.error("render-var", loc, prim, message);
+            else
+                diagnostics.warn("render-var", loc, prim, message);
+        });
     if (const Result<void> ok = choice.finish(); !ok) {
         if (!job.arguments.lpe.empty()) return ok;
         diagnostics.error(

@@ -45,6 +45,7 @@ Mat4d ndc_from_camera(const scene::Camera& c) {
 CameraModel::CameraModel(const scene::Camera& camera, int width, int height)
     : is_orthographic_(camera.projection == scene::Camera::Projection::Orthographic),
       render_from_camera_(camera.render_from_camera),
+      camera_from_render_(camera.render_from_camera.inverse()),
       keys_(camera.motion_keys.size() > 1 ? camera.motion_keys : std::vector<Mat4d>()),
       left_(camera.window_left),
       top_(camera.window_top),
@@ -165,6 +166,35 @@ std::optional<CameraConnection> CameraModel::connect(const Vec3& p,
     out.film_per_area = float(is_orthographic_ ? per_unit : per_unit / (depth * depth));
     out.cone_width = float(is_orthographic_ ? pixel_ : pixel_ * depth);
     return out;
+}
+
+Vec3d CameraModel::to_camera(const Vec3d& p) const {
+    return transform_point(p, camera_from_render_);
+}
+
+Vec3d CameraModel::normal_to_camera(const Vec3d& n) const {
+    Vec3d out;
+    for (int i = 0; i < 3; ++i)
+        out[i] = n.x * render_from_camera_[i][0] + n.y * render_from_camera_[i][1] +
+                 n.z * render_from_camera_[i][2];
+    return out.normalized();
+}
+
+Vec2d CameraModel::film_point(double wx, double wy) const {
+    return {(wx - left_) / dx_, (top_ - wy) / dy_};
+}
+
+std::optional<Vec2d> CameraModel::project(const Vec3d& p) const {
+    const Vec3d at = to_camera(p);
+    if (is_orthographic_) return film_point(at.x, at.y);
+    if (!(at.z < 0.0)) return std::nullopt;
+    return film_point(at.x / -at.z, at.y / -at.z);
+}
+
+std::optional<Vec2d> CameraModel::project_direction(const Vec3d& d) const {
+    const Vec3d at = transform_direction(d, camera_from_render_);
+    if (is_orthographic_ || !(at.z < 0.0)) return std::nullopt;
+    return film_point(at.x / -at.z, at.y / -at.z);
 }
 
 float CameraModel::footprint(const Vec3& p) const {

@@ -72,6 +72,18 @@ class CameraModel {
     /// Of a point of render space, along the viewing direction (−Z of the camera).
     float depth(const Vec3& p) const { return (p - eye_).dot(view_direction_); }
 
+    /// A point of render space in camera space (x right, y up, −z along the view), as when the
+    /// camera does not move.
+    Vec3d to_camera(const Vec3d& p) const;
+
+    /// A normal (covector) of render space in camera space, unit.
+    Vec3d normal_to_camera(const Vec3d& n) const;
+
+    /// The film point [pixels] at which a pinhole in place of the lens sees a point, or the point
+    /// at infinity in a direction; nullopt behind the camera.
+    std::optional<Vec2d> project(const Vec3d& p) const;
+    std::optional<Vec2d> project_direction(const Vec3d& d) const;
+
     /// 2^exposure: multiplies radiance.
     float exposure_scale() const { return exposure_scale_; }
 
@@ -87,9 +99,10 @@ class CameraModel {
   private:
     Mat4d render_from_camera(float time) const;
     Vec3d lens_point(const Vec2& u_lens) const;
+    Vec2d film_point(double wx, double wy) const;
 
     bool is_orthographic_;
-    Mat4d render_from_camera_;
+    Mat4d render_from_camera_, camera_from_render_;
     std::vector<Mat4d> keys_;      // of its motion; empty = none
     double left_, top_, dx_, dy_;  // window: corner and size of a pixel
     double lens_radius_, focus_distance_, clip_near_, clip_far_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "film/film.h"
 
+#include "accumulate/picked_values.h"
 #include "accumulate/pixel_means.h"
 #include "base/check.h"
 #include "statistics/stated_error.h"
@@ -32,6 +33,10 @@ bool comes_before(const BadSample& a, const BadSample& b) {
 BadSampleReason fault_of(const SampleRadiance& s) {
     if (const BadSampleReason bad = s.bad_reason(); bad != BadSampleReason::None) return bad;
     if (!std::isfinite(s.weight) || !std::isfinite(s.alpha)) return BadSampleReason::Other;
+    for (const accumulate::PickedValue& value : s.data)
+        if (value.is_there &&
+            !std::ranges::all_of(value.values, [](float v) { return std::isfinite(v); }))
+            return BadSampleReason::Other;
     if (!s.has_hit) return BadSampleReason::None;
     const bool is_fine = is_finite(s.albedo) && is_finite(s.N) && is_finite(s.P) &&
                          std::isfinite(s.Z) && std::isfinite(s.st.x) && std::isfinite(s.st.y);
@@ -41,7 +46,11 @@ BadSampleReason fault_of(const SampleRadiance& s) {
 }  // namespace
 
 PixelAccumulator::PixelAccumulator(const LayerSet& set)
-    : table_(set), cell_of_(table_.total_count(), 0), has_mattes_(set.has_mattes()) {}
+    : table_(set),
+      cell_of_(table_.total_count(), 0),
+      has_mattes_(set.has_mattes()),
+      named_data_(set.named_data),
+      picks_(set.picking_filters().size()) {}
 
 inline void PixelAccumulator::put(uint32_t accumulator, const Triple& value) {
     const uint32_t known = cell_of_[accumulator];
@@ -102,6 +111,7 @@ void PixelAccumulator::add(const SampleRadiance& s) {
         }
     }
     if (has_mattes_) add_mattes(s);
+    if (!named_data_.empty()) add_named_data(s);
     if (deep_) deep_->add(x_, y_, s);
     end_sample();
 }
@@ -121,6 +131,24 @@ void PixelAccumulator::add_mattes(const SampleRadiance& s) {
             known->weight += weight;
         else
             mattes_.push_back({uint8_t(kind), id, weight});
+    }
+}
+
+void PixelAccumulator::add_named_data(const SampleRadiance& s) {
+    const auto w = double(s.weight);
+    size_t picked = 0;
+    for (size_t i = 0; i < named_data_.size(); ++i) {
+        const accumulate::DataLayer& layer = named_data_[i];
+        const accumulate::PickedValue& value = s.data[i];
+        if (!layer.is_summed()) {
+            accumulate::pick(layer.filter, picks_[picked++], value);
+            continue;
+        }
+        if (!value.is_there) continue;
+        const auto v = [&](size_t k) { return double(value.values[k]); };
+        const uint32_t first = table_.named_data(i);
+        deposit(first, w, {v(0), v(1), v(2)});
+        deposit(first + 1, 1.0, {w * v(3), w, 1.0});
     }
 }
 
@@ -189,6 +217,10 @@ void Film::end_pixel(PixelAccumulator& a) {
         accumulate::join_matte_weights(a.mattes_);
         sums_.mattes()->add(a.x_, a.y_, a.mattes_);
         a.mattes_.clear();
+    }
+    for (size_t i = 0; i < a.picks_.size(); ++i) {
+        sums_.picks()->add(a.x_, a.y_, i, a.picks_[i]);
+        a.picks_[i] = {};
     }
     if (a.bad_.empty()) return;
 

@@ -41,6 +41,7 @@ class PixelAccumulator {
     void put(uint32_t accumulator, const accumulate::Triple& value);
     uint32_t open_cell(uint32_t accumulator);
     void add_mattes(const SampleRadiance& sample);
+    void add_named_data(const SampleRadiance& sample);
     void end_sample();
     void keep_mean();
     accumulate::Triple sum_so_far(uint32_t accumulator) const;
@@ -58,6 +59,8 @@ class PixelAccumulator {
     std::vector<accumulate::SparseDyadicSum> sparse_;  ///< of the others, seldom touched
     std::vector<BadSample> bad_;
     bool has_mattes_;
+    std::vector<accumulate::DataLayer> named_data_;
+    std::vector<accumulate::PickedValue> picks_;   ///< of those named data layers that are not sums
     std::vector<accumulate::MatteWeight> mattes_;  ///< in the order of the samples
     DeepFilm* deep_ = nullptr;                     ///< of the film, if it is deep
 };

@@ -68,7 +68,9 @@ SampleRadiance::SampleRadiance(const LayerSet& set)
       clamps_(set.has_clamp()),
       clamp_direct_(set.clamp_direct),
       clamp_indirect_(set.clamp_indirect),
-      values_(table_.count()) {}
+      values_(table_.count()) {
+    data.resize(set.named_data.size());
+}
 
 bool SampleRadiance::fits_floats() const {
     // Weights of few samples may add up to a tenth of their number: image::weight_of()
@@ -201,6 +203,7 @@ void SampleRadiance::clear() {
     st = Vec2(0.0f);
     prim_id = instance_id = 0xffffffffu;
     matte_ids = {};
+    std::fill(data.begin(), data.end(), accumulate::PickedValue{});
     depth_kind = DepthKind::None;
     depth = 0.0f;
 }

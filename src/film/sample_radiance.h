@@ -2,6 +2,7 @@
 #pragma once
 
 #include "accumulate/dyadic_sum.h"
+#include "accumulate/picked_values.h"
 #include "base/math.h"
 #include "film/layer_set.h"
 #include "film/path_labels.h"
@@ -94,6 +95,9 @@ class SampleRadiance {
     uint32_t instance_id = 0xffffffffu;
     /// By image::MatteKind: whose sample it is, see image::matte_id(); 0 = nobody's.
     std::array<uint32_t, accumulate::matte_kinds.size()> matte_ids = {};
+
+    /// Of the named data layers, in their order.
+    std::vector<accumulate::PickedValue> data;
 
     /// What covers the sample; only set for deep images.
     DepthKind depth_kind = DepthKind::None;

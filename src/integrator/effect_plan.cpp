@@ -81,8 +81,10 @@ void add_options(const PlanOptions& o, EffectPlan& plan) {
     set(Effect::ClampLayers, l.has_clamp(), "--clamp-direct or --clamp-indirect");
     set(Effect::PathLayers, !l.path_layers.empty(),
         fmt::format("{} layers of light path expressions", l.path_layers.size()));
-    set(Effect::DataLayers, l.data_layers,
-        "albedo N P Z st primId instanceId sampleCount variance");
+    std::string data =
+        l.data_layers ? "albedo N P Z st primId instanceId sampleCount variance" : "";
+    for (const accumulate::DataLayer& d : l.named_data) data += (data.empty() ? "" : " ") + d.name;
+    set(Effect::DataLayers, l.has_data(), std::move(data));
     set(Effect::HalfImages, l.halves, "two of every light layer");
     set(Effect::DeepSamples, o.is_deep, "--deep");
     set(Effect::IdMattes, l.has_mattes(), fmt::format("Cryptomattes of {} levels", l.matte_levels));

@@ -22,13 +22,15 @@ void record_first_hit(const TracerContext& context,
         scene::count_call(scene::Effect::DeepSamples);
         out.cover(film::SampleRadiance::DepthKind::Surface, context.world.camera.depth(point.p));
     }
-    if (!context.has_data_layers) return;
+    if (!context.has_data_layers && context.data.is_empty()) return;
     out.albedo = bsdf.albedo();
     if (context.world.subsurface && context.world.materials.has_subsurface(point.material)) {
         const shading::Subsurface below = context.world.materials.subsurface(point, 0.0f);
         out.albedo += bsdf.entering() * below.color * below.weight;
     }
     out.N = bsdf.ns();
+    if (!context.data.is_empty()) context.data.record_surface(point, out.N, out.albedo, out);
+    if (!context.has_data_layers) return;
     const Vec3d world = Vec3d(point.p) + context.world.scene.camera.world_position;
     out.P = Vec3(float(world.x), float(world.y), float(world.z));
     out.Z = context.world.camera.depth(point.p);
@@ -49,6 +51,7 @@ void record_first_collision(const TracerContext& context,
     out.P = to_float(world);
     out.Z = context.world.camera.depth(p);
     out.prim_id = scatterer.provenance;
+    if (!context.data.is_empty()) context.data.record_collision(p, scatterer.albedo, out);
     if (context.options.deep) {
         scene::count_call(scene::Effect::DeepSamples);
         out.cover(film::SampleRadiance::DepthKind::Volume, out.Z);

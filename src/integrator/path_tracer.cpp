@@ -67,6 +67,8 @@ void PathTracer::trace(int x,
     ++counts.paths;
     ++counts.camera;
     follow(path, out);
+    if (context_.data.has_background() && !out.has_hit)
+        context_.data.record_background(first.d, out);
 }
 
 void PathTracer::follow(Path& path, film::SampleRadiance& out) const {

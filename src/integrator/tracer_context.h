@@ -5,6 +5,7 @@
 #include "guiding/guiding_field.h"
 #include "integrator/caustic_paths.h"
 #include "integrator/caustics.h"
+#include "integrator/data_values.h"
 #include "integrator/estimator.h"
 #include "integrator/matte_ids.h"
 #include "integrator/render_options.h"
@@ -52,6 +53,7 @@ struct TracerContext {
           has_unoccluded(layers.wants_unoccluded()),
           has_caster_layers(layers.shadow_layers && layers.caster_layers),
           has_data_layers(layers.data_layers),
+          data(w, layers),
           has_emission(w.lights.has_surface_emission()),
           depth_limit(o.max_depth > 0 ? std::min(o.max_depth, hard_depth_limit)
                                       : hard_depth_limit) {}
@@ -64,6 +66,7 @@ struct TracerContext {
     PathTracerOptions options;
     sampling::PixelFilter filter;
     bool has_unoccluded, has_caster_layers, has_data_layers;
+    DataValues data;    ///< named data layers
     bool has_emission;  ///< some surface emits
     int depth_limit;
 };

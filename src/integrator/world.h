@@ -90,6 +90,11 @@ struct World {
     /// are traced; what holds on to this world (tracers, what was learned) is to be made anew.
     void update(const WorldChange& change, int width, int height, Diagnostics& diagnostics);
 
+    /// Of the whole image, pixels.
+    int width() const { return options_.width; }
+
+    int height() const { return options_.height; }
+
     /// Whether some light has links of whatever kind.
     bool has_links() const { return has_light_links || has_custom_shadows; }
 

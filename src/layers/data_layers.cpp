@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "layers/data_layers.h"
 
+#include "accumulate/picked_values.h"
 #include "accumulate/pixel_means.h"
+#include "layers/layer_planes.h"
 #include "statistics/image_change.h"
 
 #include <algorithm>
+#include <cmath>
 #include <initializer_list>
 #include <limits>
 
@@ -49,15 +52,70 @@ std::array<double, 3> variance_of(const accumulate::SampleSums& sums, int x, int
     return variance;
 }
 
-}  // namespace
+/// Radiance may be so large that its variance is more than a float holds.
+float clamped_quotient(double sum, double weight) {
+    constexpr auto largest = double(std::numeric_limits<float>::max());
+    return weight == 0.0 ? 0.0f : float(std::clamp(sum / weight, -largest, largest));
+}
 
-image::Part data_part(const accumulate::SampleSums& sums,
-                      std::vector<accumulate::LayerEntry>& layers) {
+/// The values of one named data layer in a pixel; 0 where no sample has any.
+std::array<float, 4> named_values(
+    const accumulate::SampleSums& sums, size_t layer, size_t picked, int x, int y) {
+    const accumulate::DataLayer& data = sums.layer_set().named_data[layer];
+    if (!data.is_summed()) return sums.picks()->at(x, y, picked).values;
+    const uint32_t first = sums.table().named_data(layer);
+    const accumulate::Triple a = sums.total(x, y, first), b = sums.total(x, y, first + 1);
+    const double weight = accumulate::weight_of(
+        data.is_premultiplied ? sums.total(x, y, accumulate::AccumulatorTable::coverage) : b);
+    return {clamped_quotient(a.x, weight), clamped_quotient(a.y, weight),
+            clamped_quotient(a.z, weight), clamped_quotient(b.x, weight)};
+}
+
+/// The channels of one named data layer, and its entry.
+void add_named(const accumulate::SampleSums& sums,
+               size_t layer,
+               size_t picked,
+               image::Part& part,
+               std::vector<accumulate::LayerEntry>& layers) {
+    constexpr float largest_half = 65504.0f;
+    const accumulate::DataLayer& data = sums.layer_set().named_data[layer];
+    const image::Window& w = sums.window();
+    std::vector<std::vector<float>> planes(data.width());
+    for (auto& plane : planes) plane.resize(w.pixel_count());
+    accumulate::for_each_row(w, [&](int y) {
+        for (int x = w.x0; x < w.x1; ++x) {
+            const std::array<float, 4> values = named_values(sums, layer, picked, x, y);
+            for (size_t c = 0; c < planes.size(); ++c) planes[c][w.index(x, y)] = values[c];
+        }
+    });
+    const bool fits_half =
+        std::all_of(planes.begin(), planes.end(), [&](const std::vector<float>& plane) {
+            return std::all_of(plane.begin(), plane.end(),
+                               [&](float v) { return std::abs(v) <= largest_half; });
+        });
+    const bool is_half = data.is_half && fits_half;
+    for (size_t c = 0; c < planes.size(); ++c)
+        part.channels.push_back(
+            stored_channel(data.channel(c), std::move(planes[c]),
+                           is_half ? image::ChannelType::Half : image::ChannelType::Float));
+    accumulate::LayerEntry entry;
+    entry.name = data.name;
+    entry.family = "data";
+    entry.part = part.name;
+    entry.type = is_half ? "half" : "float";
+    entry.source = data.source == accumulate::DataSource::Primvar
+                       ? "primvar:" + data.primvar
+                       : std::string(accumulate::name_of(data.source));
+    entry.filter = std::string(accumulate::name_of(data.filter));
+    layers.push_back(std::move(entry));
+}
+
+/// albedo, N, P, Z, st, ids, counts and variance.
+void add_usual(const accumulate::SampleSums& sums,
+               image::Part& part,
+               std::vector<accumulate::LayerEntry>& layers) {
     const accumulate::AccumulatorTable& table = sums.table();
     const image::Window& window = sums.window();
-    image::Part part;
-    part.name = "data";
-    part.attributes["colorInteropID"] = std::string("data");
     const size_t pixels = window.pixel_count();
     const auto add = [&](const char* layer, std::initializer_list<const char*> suffixes,
                          image::ChannelType type) {
@@ -85,11 +143,9 @@ image::Part data_part(const accumulate::SampleSums& sums,
     const size_t variance = add("variance", {""}, image::ChannelType::Float);
     const size_t invalid = add("invalid", {""}, image::ChannelType::Uint);
 
-    // Radiance may be so large that its variance is more than a float holds
-    static constexpr double largest = double(std::numeric_limits<float>::max());
     const auto set_float = [&part](size_t channel, size_t i, double sum, double weight) {
         std::get<std::vector<float>>(part.channels[channel].data)[i] =
-            weight == 0.0 ? 0.0f : float(std::clamp(sum / weight, -largest, largest));
+            clamped_quotient(sum, weight);
     };
     const auto set_triple = [&set_float](size_t first, size_t i, const accumulate::Triple& sum,
                                          double weight) {
@@ -125,8 +181,23 @@ image::Part data_part(const accumulate::SampleSums& sums,
             set_float(variance, i, v[0] + v[1] + v[2], 3.0);
         }
     });
-    for (const accumulate::DataAlias& alias : sums.layer_set().data_aliases)
-        add_alias(alias, part, layers);
+}
+
+}  // namespace
+
+image::Part data_part(const accumulate::SampleSums& sums,
+                      std::vector<accumulate::LayerEntry>& layers) {
+    const accumulate::LayerSet& set = sums.layer_set();
+    image::Part part;
+    part.name = "data";
+    part.attributes["colorInteropID"] = std::string("data");
+    if (set.data_layers) add_usual(sums, part, layers);
+    for (const accumulate::DataAlias& alias : set.data_aliases) add_alias(alias, part, layers);
+    size_t picked = 0;
+    for (size_t i = 0; i < set.named_data.size(); ++i) {
+        add_named(sums, i, picked, part, layers);
+        picked += size_t(!set.named_data[i].is_summed());
+    }
     return part;
 }
 

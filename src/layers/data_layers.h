@@ -9,8 +9,8 @@
 
 namespace velatura::layers {
 
-/// The part `data`: albedo, N, P, Z, st, ids, counts and variance. Adds its layers to the list, and
-/// those under other names.
+/// The part `data`: albedo, N, P, Z, st, ids, counts and variance where the layer set has these,
+/// those under other names, and named ones. Adds its layers to the list.
 image::Part data_part(const accumulate::SampleSums& sums,
                       std::vector<accumulate::LayerEntry>& layers);
 

@@ -51,6 +51,8 @@ Json layers_json(const std::vector<accumulate::LayerEntry>& layers) {
         if (!e.group.empty()) l["group"] = e.group;
         if (!e.caster.empty()) l["caster"] = e.caster;
         if (!e.of.empty()) l["of"] = e.of;
+        if (!e.source.empty()) l["source"] = e.source;
+        if (!e.filter.empty()) l["filter"] = e.filter;
         l["type"] = e.type;
         l["inSum"] = e.in_sum;
         if (e.is_empty) l["empty"] = true;
@@ -147,6 +149,8 @@ void parse_layers(const Json& j, LayerHeader& header) {
         e.group = l.value("group", "");
         e.caster = l.value("caster", "");
         e.of = l.value("of", "");
+        e.source = l.value("source", "");
+        e.filter = l.value("filter", "");
         e.type = l.at("type").get<std::string>();
         e.in_sum = l.at("inSum").get<bool>();
         e.is_empty = l.value("empty", false);

@@ -368,7 +368,7 @@ ResolvedLayers Resolver::run() {
     store_halves(clamps_, clamp_sources_);
     if (!clamps_.channels.empty()) out_.image.parts.push_back(std::move(clamps_));
     store_beauty_aliases();
-    if (set_.data_layers) out_.image.parts.push_back(data_part(sums_, out_.layers));
+    if (set_.has_data()) out_.image.parts.push_back(data_part(sums_, out_.layers));
     if (set_.halves) {
         accumulate::LayerSource beauty;
         beauty.plus = {accumulate::AccumulatorTable::beauty};

@@ -5,6 +5,7 @@
 #include "image/digest.h"
 #include "layers/cryptomatte_layers.h"
 #include "layers/layer_header.h"
+#include "layers/picked_sums.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -162,7 +163,8 @@ Result<StoredSums> stored_sums(const image::Image& image, uint32_t accumulators)
     StoredSums stored;
     for (const image::Part& part : image.parts) {
         for (const image::Channel& c : part.channels) {
-            if (!image::is_bookkeeping(c.name) || is_matte_sum(c.name)) continue;
+            if (!image::is_bookkeeping(c.name) || is_matte_sum(c.name) || is_picked_value(c.name))
+                continue;
             const Words* words = words_of(image, c);
             if (!words ||
                 (!stored.records.take(c.name, words) && !stored.take(c.name, words, accumulators)))
@@ -299,6 +301,7 @@ Result<image::Part> sums_part(const accumulate::SampleSums& sums) {
         }
     }
     if (sums.mattes()) store_matte_sums(*sums.mattes(), w, part);
+    if (sums.picks()) store_picked_values(sums, part);
     return part;
 }
 
@@ -372,8 +375,10 @@ Result<void> append_sums(const image::Image& image, accumulate::SampleSums& sums
         }
     });
     if (is_damaged) return damaged();
-    if (sums.mattes()) return read_matte_sums(image, sums);
-    return {};
+    if (sums.mattes()) {
+        if (const Result<void> ok = read_matte_sums(image, sums); !ok) return ok;
+    }
+    return sums.picks() ? read_picked_values(image, sums) : Result<void>();
 }
 
 Result<accumulate::SampleSums> read_sums(const image::Image& image) {

@@ -204,20 +204,20 @@ auto members(const scene::VoxelGrid& v) {
 }
 
 auto members(const scene::RenderVar& v) {
+    const auto& [a, b, c, d, e, f] = v;
+    return std::tie(a, b, c, d, e, f);
+}
+
+auto members(const scene::RenderProduct& v) {
     const auto& [a, b, c, d] = v;
     return std::tie(a, b, c, d);
 }
 
-auto members(const scene::RenderProduct& v) {
-    const auto& [a, b, c] = v;
-    return std::tie(a, b, c);
-}
-
 /// Not the size of the image.
 auto members(const scene::RenderSettings& v) {
-    const auto& [a, b, width, height, c, d, e, f, g, h, i, j, k] = v;
+    const auto& [a, b, width, height, c, d, e, f, g, h, i, j, k, l] = v;
     (void)width, (void)height;
-    return std::tie(a, b, c, d, e, f, g, h, i, j, k);
+    return std::tie(a, b, c, d, e, f, g, h, i, j, k, l);
 }
 
 /// Not the place in a file.
@@ -335,13 +335,15 @@ bool is_same(const scene::Camera& a, const scene::Camera& b) {
 const char* fixed_difference(const scene::Scene& x, const scene::Scene& y) {
     const auto& [a_shapes, a_prototypes, a_instances, a_materials, a_textures, a_patterns,
                  a_primvars, a_lights, a_mesh_lights, a_volumes, a_fields, a_linking, a_casters,
-                 a_groups, a_camera, a_settings, a_provenance, a_notes, a_unit, a_rate, a_values] =
-        x;
+                 a_groups, a_camera, a_settings, a_provenance, a_notes, a_moments, a_found, a_unit,
+                 a_rate, a_values] = x;
     const auto& [b_shapes, b_prototypes, b_instances, b_materials, b_textures, b_patterns,
                  b_primvars, b_lights, b_mesh_lights, b_volumes, b_fields, b_linking, b_casters,
-                 b_groups, b_camera, b_settings, b_provenance, b_notes, b_unit, b_rate, b_values] =
-        y;
-    (void)a_notes, (void)b_notes;
+                 b_groups, b_camera, b_settings, b_provenance, b_notes, b_moments, b_found, b_unit,
+                 b_rate, b_values] = y;
+    // What was found in the stage is for messages alone
+    (void)a_notes, (void)b_notes, (void)a_found, (void)b_found;
+    if (!a_moments.empty() || !b_moments.empty()) return "motion vectors";
     if (!same(a_camera.world_position, b_camera.world_position)) return "origin of render space";
     if (!same(a_settings, b_settings)) return "render settings";
     if (!same(a_unit, b_unit) || !same(a_rate, b_rate)) return "units of the stage";

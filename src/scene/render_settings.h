@@ -15,6 +15,8 @@ struct RenderVar {
     std::string name;  ///< prim name, or driver:parameters:aov:name
     std::string source_name;
     std::string source_type = "raw";
+    std::string data_type;  ///< as authored; empty: not authored
+    std::string filter;     ///< as authored for whichever renderer; empty: that of the beauty
     ProvenanceId provenance = none;
 };
 
@@ -22,6 +24,8 @@ struct RenderVar {
 struct RenderProduct {
     std::string name;  ///< productName; empty = command line decides
     std::vector<RenderVar> vars;
+    /// Camera, resolution and the like, as one text: products with the same one share samples.
+    std::string view;
     ProvenanceId provenance = none;
 };
 
@@ -39,6 +43,7 @@ struct RenderSettings {
     std::vector<std::string> included_purposes = {"default", "render"};
     std::vector<std::string> material_binding_purposes = {"full", ""};
     std::vector<RenderProduct> products;
+    size_t product = 0;  ///< of `products`: the one that these settings are of
     ProvenanceId provenance = none;
 };
 

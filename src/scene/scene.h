@@ -11,6 +11,7 @@
 #include "scene/linking.h"
 #include "scene/material.h"
 #include "scene/mesh.h"
+#include "scene/moment.h"
 #include "scene/pattern.h"
 #include "scene/render_settings.h"
 #include "scene/texture.h"
@@ -66,6 +67,13 @@ struct Instance {
     ProvenanceId provenance = none;
 };
 
+/// A primvar of the stage, for those who ask for one by name.
+struct FoundPrimvar {
+    std::string name;
+    std::string type;  ///< of its values, as USD names it
+    int width = 0;     ///< maximum number of floats; 0: none was read
+};
+
 /// Everything one frame needs. Shapes of `shapes` are in render space; those of prototypes in
 /// prototype space.
 struct Scene {
@@ -88,6 +96,10 @@ struct Scene {
     RenderSettings settings;
     std::vector<Provenance> provenance;
     std::vector<EffectNote> effect_notes;
+    /// What motion vectors need to know; empty unless they are wanted.
+    std::vector<Moment> moments;
+    /// Primvars of the stage's geometry, by name; only where render vars or options ask for some.
+    std::vector<FoundPrimvar> found_primvars;
     double meters_per_unit = 0.01;
     double frames_per_second = 24.0;
     std::vector<InstanceValue> instance_values;  ///< what instances hand down; ranges may be shared

@@ -19,6 +19,11 @@ namespace {
 
 constexpr int largest_side = 65536;  ///< pixels
 
+/// Filters of render vars: ours, Karma's, RenderMan's, Arnold's.
+constexpr const char* filter_attributes[] = {
+    "velatura:filter",     "driver:parameters:aov:filter", "driver:parameters:aov:rule",
+    "ri:accumulationRule", "ri:displayChannel:filter",     "arnold:filter"};
+
 /// Where the resolution was read, with what was authored there.
 struct AuthoredResolution {
     Attribute attribute;
@@ -98,15 +103,37 @@ void read_base(Context& ctx,
     }
 }
 
+/// How samples become a pixel, as the first of these attributes says that is authored.
+std::string read_filter(Context& ctx, Prim prim) {
+    for (const char* name : filter_attributes) {
+        const std::string filter = read_text(prim.attribute(name), "", ctx.time);
+        if (!filter.empty()) return filter;
+    }
+    return {};
+}
+
 scene::RenderVar read_var(Context& ctx, Prim prim) {
     scene::RenderVar var;
     var.name = read_text(prim.attribute("driver:parameters:aov:name"), "", ctx.time);
+    // The layer's name in files, as husk has it
+    const std::string prefix =
+        read_text(prim.attribute("driver:parameters:aov:channel_prefix"), "", ctx.time);
+    if (!prefix.empty()) var.name = prefix;
     if (var.name.empty()) var.name = prim.name().str();
     var.source_name = read_text(prim.attribute("sourceName"), "", ctx.time);
     var.source_type = read_text(prim.attribute("sourceType"), "raw", ctx.time);
+    const Attribute type = prim.attribute("dataType");
+    if (type.has_authored_value()) var.data_type = read_text(type, "", ctx.time);
+    var.filter = read_filter(ctx, prim);
     var.provenance = ctx.provenance(prim);
-    if (var.source_type == "primvar" && !var.source_name.empty())
-        ctx.state<geometry::RequestedPrimvars>().names.insert(var.source_name);
+    if (var.source_type == "primvar" || var.source_type == "raw") {
+        // What a raw var asks for may turn out to be a primvar
+        const std::string& source = var.source_name.empty() ? var.name : var.source_name;
+        constexpr std::string_view space = "primvars:";
+        geometry::RequestedPrimvars& primvars = ctx.state<geometry::RequestedPrimvars>();
+        primvars.names.insert(source.starts_with(space) ? source.substr(space.size()) : source);
+        primvars.lists_all = true;
+    }
     if (var.source_type == "intrinsic") {
         ctx.warn("unsupported-render-var", prim,
                  "render var of sourceType intrinsic is not supported, it gets no channel");
@@ -135,8 +162,20 @@ scene::RenderProduct read_product(Context& ctx, Prim prim) {
     return product;
 }
 
+/// What a product's samples depend on, as text.
+std::string view_of(const scene::RenderSettings& s, const TranslateOptions& options) {
+    const auto& w = s.data_window_ndc;
+    const int width = options.resolution ? (*options.resolution)[0] : s.width;
+    const int height = options.resolution ? (*options.resolution)[1] : s.height;
+    return fmt::format("{} {}x{} {} {} {} {} {} {} {} {}",
+                       options.camera.empty() ? s.camera : options.camera, width, height,
+                       s.pixel_aspect_ratio, s.aspect_conform, w[0], w[1], w[2], w[3],
+                       s.disable_depth_of_field, s.disable_motion_blur);
+}
+
 void read_products(Context& ctx,
                    Prim prim,
+                   const TranslateOptions& options,
                    scene::RenderSettings& out,
                    std::optional<AuthoredResolution>& resolution) {
     const scene::RenderSettings settings_alone = out;
@@ -151,14 +190,13 @@ void read_products(Context& ctx,
         scene::RenderSettings overridden = settings_alone;
         std::optional<AuthoredResolution> own;
         read_base(ctx, product, overridden, own);
-        if (out.products.size() == 1) {
-            read_base(ctx, product, out, resolution);
-        } else if (overridden.width != out.width || overridden.height != out.height ||
-                   overridden.camera != out.camera) {
-            ctx.warn("unsupported-product-override", product,
-                     "product has another camera or resolution than the first product; those of "
-                     "the first product are used");
-        }
+        out.products.back().view = view_of(overridden, options);
+        if (out.products.size() != options.product + 1) continue;
+        std::vector<scene::RenderProduct> products = std::move(out.products);
+        out = std::move(overridden);
+        out.products = std::move(products);
+        out.product = options.product;
+        if (own) resolution = own;
     }
 }
 
@@ -278,7 +316,7 @@ Result<void> read_render_settings(Context& ctx, const TranslateOptions& options)
                      fmt::format("renderingColorSpace {} is not supported, linear Rec.709 is used",
                                  space));
         }
-        read_products(ctx, prim, out, resolution);
+        read_products(ctx, prim, options, out, resolution);
     }
     if (auto error = check_resolution(ctx, options, resolution)) return *std::move(error);
     // A name that leads nowhere was warned of

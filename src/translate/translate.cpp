@@ -6,6 +6,7 @@
 #include "translate/color/color_space.h"
 #include "translate/context/instance_source.h"
 #include "translate/context/values.h"
+#include "translate/geometry/primvars.h"
 #include "translate/geometry/thin_walls.h"
 #include "translate/instancing/placement.h"
 #include "translate/lights/light_groups.h"
@@ -37,6 +38,9 @@ Context make_context(const usd::stage::Stage& stage,
     ctx.state<linking::CasterChoice>() = {options.finds_casters, options.casters};
     // Casters go by where things stand, as links do
     ctx.state<linking::LinkPathMappings>().is_kept = options.finds_casters;
+    geometry::RequestedPrimvars& primvars = ctx.state<geometry::RequestedPrimvars>();
+    primvars.names.insert(options.primvars.begin(), options.primvars.end());
+    primvars.lists_all = !options.primvars.empty();
     ctx.scene.meters_per_unit = stage.meters_per_unit();
     ctx.scene.frames_per_second = stage.frames_per_second();
     return ctx;
@@ -261,6 +265,29 @@ Result<scene::Scene> translate_stage(const usd::stage::Stage& stage,
         !holds_light(ctx))
         lights::add_default_dome(ctx);
     lights::finish_light_groups(ctx);
+    for (const auto& [name, found] : ctx.state<geometry::RequestedPrimvars>().found)
+        ctx.scene.found_primvars.push_back(found);
+    return std::move(ctx.scene);
+}
+
+scene::Scene translate_instant(const usd::stage::Stage& stage,
+                               const TranslateOptions& options,
+                               double time,
+                               const scene::Scene& scene) {
+    Diagnostics ignored;
+    Context ctx = make_context(stage, options, ignored);
+    if (!read_render_settings(ctx, options)) return {};
+    ctx.is_quiet = true;
+    ctx.scene.settings.disable_motion_blur = true;
+    // Velocities go on from the frame
+    ctx.time = time;
+    const Prim prim = scene.camera.name.empty() ? Prim() : ctx.stage.prim_at(scene.camera.name);
+    ctx.scene.camera = scene.camera;
+    if (prim) {
+        if (Result<scene::Camera> camera = read_camera(ctx, prim)) ctx.scene.camera = *camera;
+    }
+    ctx.origin = scene.camera.world_position;
+    translate_content(ctx);
     return std::move(ctx.scene);
 }
 

@@ -26,6 +26,11 @@ struct TranslateOptions {
     std::vector<std::string> purposes;             ///< instead of the settings' includedPurposes
     std::string material_purpose;  ///< full, preview, allPurpose; instead of the settings' purposes
     lights::LightGrouping light_grouping = lights::LightGrouping::PerLight;
+    /// Primvars that are read whether a material reads them or not; Scene::found_primvars lists
+    /// all.
+    std::vector<std::string> primvars;
+    /// Index among the settings' products: whose view the scene is seen by.
+    size_t product = 0;
     bool finds_casters = false;  ///< fills Scene::casters
     /// Path expressions: casters are the prims that one matches, all else has none. None: by the
     /// names, models and prims of the scene.
@@ -51,6 +56,13 @@ struct TranslateOptions {
 Result<scene::Scene> translate_stage(const usd::stage::Stage& stage,
                                      const TranslateOptions& options,
                                      Diagnostics& diagnostics);
+
+/// What a scene of translate_stage() with these options has at another time, about the same origin
+/// and without motion blur. Messages are not repeated.
+scene::Scene translate_instant(const usd::stage::Stage& stage,
+                               const TranslateOptions& options,
+                               double time,
+                               const scene::Scene& scene);
 
 /// Notes what translate_stage() would choose where the stage leaves it open: settings, camera, a
 /// light. Makes no geometry.

@@ -557,6 +557,10 @@ std::vector<AttributeRow> settings_rows() {
          [](const scene::Scene& s) {
              return s.settings.products.at(0).vars.at(0).source_type == "lpe" ? 1.0 : 0.0;
          });
+    read("RenderVar", "dataType", product("", "$"), "uniform token dataType = \"half3\"\n", 1,
+         [](const scene::Scene& s) {
+             return s.settings.products.at(0).vars.at(0).data_type == "half3" ? 1.0 : 0.0;
+         });
     AttributeRow pass{
         "RenderPass", "collection:renderVisibility:includeRoot",
         file("", ball + "def RenderPass \"Pass\" { rel renderSource = </R>\n$ }\n"),

@@ -31,8 +31,12 @@ namespace {
 /// kind.
 FaceTable read_faces(Context& ctx, Prim prim, const std::vector<Vec3d>& points) {
     FaceTable table;
-    const auto counts = read_ints(prim.attribute("faceVertexCounts").value(ctx.time));
-    const auto indices = read_ints(prim.attribute("faceVertexIndices").value(ctx.time));
+    // Velocities carry the points of the frame, whatever the topology is at another time
+    const bool has_other_time = ctx.time.value() != ctx.frame.value();
+    const usd::stage::TimeCode at =
+        has_other_time && motion::has_velocities(ctx, prim) ? ctx.frame : ctx.time;
+    const auto counts = read_ints(prim.attribute("faceVertexCounts").value(at));
+    const auto indices = read_ints(prim.attribute("faceVertexIndices").value(at));
     size_t few = 0, outside = 0, infinite = 0, missing = 0;
     size_t first = 0;
     for (const int64_t count : counts) {

@@ -185,6 +185,15 @@ void warn_missing(Context& ctx,
 
 }  // namespace
 
+void RequestedPrimvars::note(const usd::stage::Primvar& primvar, int width) {
+    if (!lists_all) return;
+    scene::FoundPrimvar& known = found[primvar.name];
+    known.name = primvar.name;
+    if (width < known.width || (width == known.width && !known.type.empty())) return;
+    known.width = width;
+    known.type = primvar.attribute.type_name().str();
+}
+
 size_t element_count(const ElementCounts& counts, scene::Interpolation interpolation) {
     switch (interpolation) {
         case scene::Interpolation::Constant:
@@ -209,8 +218,13 @@ std::vector<scene::Primvar> read_primvars(
     std::vector<scene::Primvar> out;
     std::unordered_set<std::string> told;
     for (const usd::stage::Primvar& source : usd::stage::find_primvars(prim)) {
-        if (!is_wanted(ctx, source.name, materials)) continue;
+        RequestedPrimvars& requested = ctx.state<RequestedPrimvars>();
+        if (!is_wanted(ctx, source.name, materials)) {
+            requested.note(source, 0);
+            continue;
+        }
         if (auto primvar = read_primvar(ctx, source, counts)) {
+            requested.note(source, primvar->width);
             out.push_back(std::move(*primvar));
         } else if (is_empty(ctx, source)) {
             continue;

@@ -4,8 +4,10 @@
 #include "scene/mesh.h"
 #include "translate/context/context.h"
 #include "translate/materials/materials.h"
+#include "usd/stage/primvars.h"
 
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <string>
 #include <unordered_set>
@@ -24,6 +26,11 @@ struct RequestedPrimvars {
     std::unordered_set<std::string> names = {std::string(scene::display_color_primvar),
                                              std::string(scene::display_opacity_primvar), "st",
                                              "UVMap"};
+    bool lists_all = false;  ///< notes the others in `found` as well
+    std::map<std::string, scene::FoundPrimvar> found;
+
+    /// Notes a primvar of the stage; width 0: it was not read.
+    void note(const usd::stage::Primvar& primvar, int width);
 };
 
 /// Primvars that `materials` or the rest of the image want, checked against the element counts,

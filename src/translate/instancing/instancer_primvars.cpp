@@ -124,7 +124,9 @@ InstancerPrimvars::InstancerPrimvars(Context& ctx, Prim instancer, size_t instan
         if (!is_wanted(primvar.name)) continue;
         Source source;
         int width = 0;
-        if (!color::read_color_rows(ctx, primvar.attribute, source.numbers, width)) {
+        if (color::read_color_rows(ctx, primvar.attribute, source.numbers, width)) {
+            ctx.state<geometry::RequestedPrimvars>().note(primvar, width);
+        } else {
             ctx.warn("unsupported-primvar", primvar.attribute,
                      fmt::format("primvar {} of type {} is not supported; {}", primvar.name,
                                  primvar.attribute.type_name().str(), ignored));
