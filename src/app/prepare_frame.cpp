@@ -101,6 +101,7 @@ translate::TranslateOptions translate_options(const RenderJob& job, double frame
     translate::TranslateOptions options;
     options.camera = a.camera;
     options.settings = a.settings;
+    options.pass = a.pass;
     options.time = frame;
     if (a.resolution.size() == 2)
         options.resolution = std::array<int, 2>{a.resolution[0], a.resolution[1]};
