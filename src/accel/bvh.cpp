@@ -603,7 +603,7 @@ SoupScene make_soup(const scene::Scene& scene, const geometry::GeometrySet& geom
         soup.instances.push_back({instance.prototype, instance.render_from_prototype,
                                   instance.later_render_from_prototype});
     }
-    if (scene::has_shadow_links(scene)) soup.classes = classes_of(scene);
+    if (scene::asks_for_classes(scene)) soup.classes = classes_of(scene);
     return soup;
 }
 

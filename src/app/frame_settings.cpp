@@ -165,6 +165,7 @@ FrameSettings frame_settings(const RenderJob& job,
     add("--caustics", a.caustics);
     add("--effects", omitted(input.plan));
     add("--accel", job.settings.world.accelerator ? a.accel : "bvh");
+    if (!s.pass.empty()) add("--pass", s.pass);
     if (!a.casters.empty()) add("--casters", fmt::format("{}", fmt::join(a.casters, " ")));
     const bool is_diced = geometry::first_subdivided(input.scene) != nullptr;
     add("dicing", is_diced ? fmt::format("{} {} {}", job.settings.world.dicing.rate,

@@ -77,6 +77,7 @@ translate::TranslateOptions translate_options(const RenderJob& job, double frame
     translate::TranslateOptions options;
     options.camera = a.camera;
     options.settings = a.settings;
+    options.pass = a.pass;
     options.time = frame;
     options.product = product;
     if (a.resolution.size() == 2)

@@ -33,6 +33,12 @@ void declare_scene_options(Command scene, RenderArguments& a) {
         .default_text("renderSettingsPrimPath")
         .type_name("PRIM");
     scene
+        .add_option("--pass", a.pass,
+                    "RenderPass prim path: its collections choose what is rendered, seen by the "
+                    "camera, held out and pruned; its renderSource names the settings")
+        .default_text("none")
+        .type_name("PRIM");
+    scene
         .add_option("-f,--frames", a.frames,
                     "Frames, e.g. 1-10x2,15; `default` is the default time, without time samples")
         .default_text("startTimeCode of the stage, else 0")

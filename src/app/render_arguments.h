@@ -26,6 +26,7 @@ struct RenderArguments {
     std::string output;
     std::string camera;
     std::string settings;
+    std::string pass;
     std::string frames;
     std::vector<int> resolution;  ///< W H
     std::vector<double> crop;     ///< x0 x1 y0 y1, fractions of the image, origin bottom left

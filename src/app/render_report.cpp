@@ -37,6 +37,12 @@ void note_light_tracing(const RenderJob& job,
                          text_of(*renderer.prepass().light) + "; override with --caustics path");
         return;
     }
+    const bool is_manifold = job.settings.caustics == integrator::Caustics::Manifold ||
+                             job.settings.caustics == integrator::Caustics::SmallLights;
+    if (is_manifold && renderer.world().has_ray_visibility)
+        diagnostics.warn("caustics", {}, {},
+                         "manifold sampling is not used, because some geometry is invisible to "
+                         "some kinds of rays");
     if (job.settings.caustics != integrator::Caustics::Light) return;
     const std::string why =
         integrator::CausticPaths::why_not(renderer.world(), job.settings.tracer);

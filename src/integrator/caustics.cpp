@@ -458,6 +458,7 @@ std::optional<CausticSampler::Estimate> CausticSampler::sample(
 }
 
 std::unique_ptr<const CausticSampler> make_caustic_sampler(Caustics mode, const World& world) {
+    if (world.has_ray_visibility) return nullptr;
     switch (mode) {
         case Caustics::Path:
         case Caustics::Light:

@@ -22,6 +22,7 @@ CustomShadow::CustomShadow(const World& world,
       numbers_(numbers),
       shares_(shares) {
     if (scene::has_shadow_links(world.scene, links)) scene::count_call(scene::Effect::LightLinking);
+    if (world.has_ray_visibility) scene::count_call(scene::Effect::RayVisibility);
     if (scene::has_shadow_controls(world.scene, links))
         scene::count_call(scene::Effect::ShadowControls);
     // Solids that cast no shadow take nothing

@@ -179,16 +179,53 @@ void change_links(scene::Scene& scene, Change change) {
 void forget_links(scene::Scene& scene) {
     change_links(scene, [&](scene::LightLinks& links) {
         links.lit = scene::none;
-        if (scene::has_shadow_links(scene, links)) links.casters = scene::none;
+        if (scene::has_shadow_links(scene, links))
+            links.casters = scene::plain_links(scene).casters;
     });
 }
 
 void forget_shadow_controls(scene::Scene& scene) {
     change_links(scene, [&](scene::LightLinks& links) {
-        const scene::LinkSetId casters =
-            scene::has_shadow_links(scene, links) ? links.casters : scene::none;
+        const scene::LinkSetId casters = scene::has_shadow_links(scene, links)
+                                             ? links.casters
+                                             : scene::plain_links(scene).casters;
         links = {.lit = links.lit, .casters = casters};
     });
+}
+
+/// Notes a prim of which the set holds nothing, or something.
+void find_in_set(EffectFindings& found, scene::LinkSetId set, bool is_held, std::string_view why) {
+    const scene::Scene& s = found.scene;
+    const scene::LinkSet& classes = s.linking.sets[set];
+    for (const scene::Shape& shape : s.shapes)
+        if (classes.holds(shape.link) == is_held) found.on(found.prim_of(shape.provenance), why);
+    for (const scene::Volume& volume : s.volumes)
+        if (classes.holds(volume.link) == is_held) found.on(volume.name, why);
+    for (uint32_t i = 0; i < s.instances.size(); ++i) {
+        const size_t count = s.prototypes[s.instances[i].prototype].shapes.size();
+        for (uint32_t shape = 0; shape < count; ++shape)
+            if (classes.holds(scene::link_class(s, i, shape)) == is_held) {
+                found.on(found.prim_of(s.instances[i].provenance), why);
+                break;
+            }
+    }
+}
+
+void find_ray_visibility(EffectFindings& found) {
+    for (const scene::LinkSetId set : found.scene.linking.visible)
+        if (set != scene::none) find_in_set(found, set, false, "invisible to some kinds of rays");
+}
+
+void forget_ray_visibility(scene::Scene& scene) {
+    change_links(scene, [&](scene::LightLinks& links) {
+        if (links.casters == scene::plain_links(scene).casters) links.casters = scene::none;
+    });
+    scene.linking.visible.fill(scene::none);
+}
+
+void find_mattes(EffectFindings& found) {
+    const scene::LinkSetId set = found.scene.linking.mattes;
+    if (set != scene::none) find_in_set(found, set, true, "matte: held out of the image");
 }
 
 constexpr std::array rules = {
@@ -222,6 +259,9 @@ constexpr std::array rules = {
     EffectRule{Effect::LightLinking, find_links, forget_links, true},
     EffectRule{Effect::ShadowControls, find_shadow_controls, forget_shadow_controls},
     EffectRule{Effect::LightFilters, nullptr, nullptr},
+    EffectRule{Effect::RayVisibility, find_ray_visibility, forget_ray_visibility},
+    EffectRule{Effect::Mattes, find_mattes,
+               [](scene::Scene& s) { s.linking.mattes = scene::none; }},
 };
 
 }  // namespace

@@ -155,7 +155,11 @@ bool LightHits::is_lit(const Path& path, const scene::LightLinks* links) const {
 }
 
 bool LightHits::is_found_beyond(const Path& path, const scene::LightLinks* links) const {
-    return world_.has_custom_shadows && path.bounce > 0 && links && links->has_custom_shadows();
+    if (!world_.has_custom_shadows || path.bounce == 0 || !links || !links->has_custom_shadows())
+        return false;
+    // What a mirror shows is up to its own rays, where only the kinds of rays differ
+    return !(path.is_certain && world_.has_ray_visibility &&
+             scene::has_plain_shadows(world_.scene, *links));
 }
 
 void LightHits::add_beyond(const Path& path,

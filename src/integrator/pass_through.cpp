@@ -25,6 +25,7 @@ bool pass_straight(const TracerContext& context, Path& path, const Vertex& verte
     if (keeps_interior(context.world))
         cross(context.world, vertex.crossing, vertex.point, vertex.wo, -vertex.wo, path.interior);
     continue_straight(path, vertex.point);
+    path.kind = scene::RayKind::Refraction;
     return true;
 }
 

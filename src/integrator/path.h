@@ -72,8 +72,10 @@ struct Path {
     /// scattering was by a wide lobe and those since by surfaces of its kind; whether the last one
     /// was by a narrow lobe of a caster.
     bool is_caustic_receiver = false, is_from_caster = false;
-    uint32_t branches = 1;  ///< that it is yet to divide into
-    float share = 1;        ///< of the sample, for a branch
+    scene::RayKind kind = scene::RayKind::Camera;  ///< of the present ray; only kept where
+                                                   ///< World::has_ray_visibility or mattes
+    uint32_t branches = 1;                         ///< that it is yet to divide into
+    float share = 1;                               ///< of the sample, for a branch
     float carried =
         1;  ///< of what it began with, at its last chance to end; not kept by the default roulette
     const media::Flight* flight =

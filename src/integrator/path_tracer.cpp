@@ -72,15 +72,16 @@ void PathTracer::trace(int x,
 }
 
 void PathTracer::follow(Path& path, film::SampleRadiance& out) const {
-    const bool has_insides = world_.nested || world_.subsurface || world_.interior_media;
+    const bool has_insides =
+        world_.nested || world_.subsurface || world_.interior_media || world_.tells_rays_apart;
     if (has_insides)
         follow_through<true>(path, out);
     else
         follow_through<false>(path, out);
 }
 
-/// has_insides: solids displace each other, have a medium in them or no surface, or light scatters
-/// below surfaces.
+/// has_insides: solids displace each other, have a medium in them or no surface, light scatters
+/// below surfaces, or something is invisible to rays of a kind, or a matte.
 template <bool has_insides>
 void PathTracer::follow_through(Path& path, film::SampleRadiance& out) const {
     RayCounts& counts = *path.counts;
@@ -89,7 +90,8 @@ void PathTracer::follow_through(Path& path, film::SampleRadiance& out) const {
     std::optional<NestedDielectrics::Crossing> storage;
     const char* end = "escaped";
     while (true) {
-        const geometry::Hit hit = world_.accelerator->intersect(path.ray);
+        const geometry::Hit hit = has_insides ? world_.intersect(path.ray, path.kind)
+                                              : world_.accelerator->intersect(path.ray);
 
         // Add the lights that the segment crosses; beyond the last surface also those at infinity
         const float t_max = hit.is_valid() ? hit.t : std::numeric_limits<float>::infinity();
@@ -118,6 +120,10 @@ void PathTracer::follow_through(Path& path, film::SampleRadiance& out) const {
             (has_insides && !intersect_dielectrics(context_, path, point, storage, crossing))) {
             if (path.pass_count < pass_through_limit) continue;
             end = "passed through too many surfaces";
+            break;
+        }
+        if (has_insides && is_matte(path, point)) {
+            end = "met a matte object";
             break;
         }
 
@@ -160,6 +166,15 @@ void PathTracer::follow_through(Path& path, film::SampleRadiance& out) const {
         }
     }
     if (observer) observer->on_end(path.bounce, end);
+}
+
+/// Whether the camera sees a matte object there: neither light nor alpha is of it.
+bool PathTracer::is_matte(const Path& path, const geometry::SurfacePoint& point) const {
+    if (!world_.mattes || path.kind != scene::RayKind::Camera) return false;
+    if (!world_.mattes->holds(scene::link_class(world_.scene, point.instance, point.shape)))
+        return false;
+    count_call(Effect::Mattes);
+    return true;
 }
 
 /// What came by the path so far is shared by all branches; each goes on with its share and with
@@ -235,6 +250,33 @@ void PathTracer::note_caustic_class(Path& path,
         path.is_from_caster = is_narrow && context_.options.caustic_paths->casts(vertex.point);
 }
 
+/// Keeps of what kind the ray of a sample is. Where diffuse and specular rays meet different
+/// geometry, one of the two lobes is drawn, by what it brings, and `value` becomes that lobe's.
+/// Returns: whether it was drawn.
+bool PathTracer::note_ray_kind(Path& path,
+                               const Vertex& vertex,
+                               const shading::BsdfSample& sample,
+                               shading::BsdfValue& value) const {
+    using scene::RayKind;
+    const bool transmits = sample.kind == shading::ScatterKind::Transmit;
+    const RayKind diffuse = transmits ? RayKind::DiffuseTransmission : RayKind::Diffuse;
+    path.kind = transmits ? RayKind::Refraction : RayKind::Reflection;
+    if (sample.is_delta || world_.visible_to(path.kind) == world_.visible_to(diffuse)) return false;
+    if (is_black(value.f())) value = vertex.bsdf.evaluate(vertex.wo, sample.wi);
+    const Rgb f = value.f();
+    const float all = luminance(f), part = luminance(value.diffuse);
+    const float share = all > 0.0f ? std::min(part / all, 1.0f) : 0.0f;
+    // Light tracing, which has the other use of this number, does not run then
+    const bool is_diffuse =
+        path.sampler.get_1d(path.bounce, Purpose::LobeWidth, path.pass_count) < share;
+    if (is_diffuse) path.kind = diffuse;
+    (is_diffuse ? value.specular : value.diffuse) = Rgb(0.0f);
+    const Rgb kept = value.f();
+    const float chance = is_diffuse ? share : 1.0f - share;
+    for (int c = 0; c < 3; ++c) path.beta[c] *= f[c] > 0.0f ? kept[c] / (f[c] * chance) : 0.0f;
+    return true;
+}
+
 bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance& out) const {
     const auto& [point, bsdf, wo, directions, crossing, is_exit] = vertex;
     if (path.observer && bsdf.has_non_delta())
@@ -258,12 +300,18 @@ bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance&
     if (sample->is_delta && sample->kind == shading::ScatterKind::Transmit && sample->eta == 1.0f) {
         continue_straight(path, point);
         if (!world_.materials.material_is_see_through(point.material)) path.is_certain = true;
+        path.kind = scene::RayKind::Refraction;
         return true;
     }
     shading::BsdfValue value;
     const bool needs_value = context_.options.caustic_paths || out.labels();
     if (needs_value && !sample->is_delta) value = bsdf.evaluate(wo, sample->wi);
     if (context_.options.caustic_paths) note_caustic_class(path, vertex, *sample, value);
+    bool is_lobe_drawn = false;
+    if (world_.tells_rays_apart) {
+        is_lobe_drawn = note_ray_kind(path, vertex, *sample, value);
+        if (is_black(path.beta)) return false;
+    }
     if (film::PathLabels* const labels = out.labels()) {
         // Each of two mirrors in one direction brings its own weight and no more
         labels->look(sample->is_delta ? events_of(*sample) : vertex.events(value));
@@ -289,10 +337,11 @@ bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance&
     if (world_.has_lobe_multipliers) {
         path.diffuse_share = Rgb(0.0f);
         if (!sample->is_delta) {
-            const Rgb diffuse = bsdf.evaluate(wo, sample->wi).diffuse;
+            const Rgb diffuse =
+                is_lobe_drawn ? value.diffuse : bsdf.evaluate(wo, sample->wi).diffuse;
+            const Rgb f = is_lobe_drawn ? value.f() : sample->f;
             for (int c = 0; c < 3; ++c)
-                path.diffuse_share[c] =
-                    sample->f[c] > 0.0f ? std::min(1.0f, diffuse[c] / sample->f[c]) : 0.0f;
+                path.diffuse_share[c] = f[c] > 0.0f ? std::min(1.0f, diffuse[c] / f[c]) : 0.0f;
         }
     }
     if (context_.options.caustics)

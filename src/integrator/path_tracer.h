@@ -41,6 +41,11 @@ class PathTracer {
                             const Vertex& vertex,
                             const shading::BsdfSample& sample,
                             shading::BsdfValue& value) const;
+    bool is_matte(const Path& path, const geometry::SurfacePoint& point) const;
+    bool note_ray_kind(Path& path,
+                       const Vertex& vertex,
+                       const shading::BsdfSample& sample,
+                       shading::BsdfValue& value) const;
     bool scatter(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
 
     TracerContext context_;

@@ -33,7 +33,7 @@ VolumeSegment::End VolumeSegment::cross(Path& path,
         world_.volumes->fly(
             path.ray.o, path.ray.d, reach, path.beta, around,
             path.sampler.stream(path.bounce, Purpose::VolumeDistance, path.pass_count), flight,
-            path.counts->tracking);
+            path.counts->tracking, world_.visible_to(path.kind));
         if (flight.is_capped) {
             why = "reached the collision limit of a volume";
             return End::Ended;
@@ -79,6 +79,11 @@ VolumeSegment::End VolumeSegment::cross(Path& path,
     else if (is_in_body)
         path.beta *= path.interior.transmittance(world_.materials, flight.t);
     const scene::Volume& volume = world_.scene.volumes[flight.medium->volume()];
+    if (world_.mattes && path.kind == scene::RayKind::Camera && world_.mattes->holds(volume.link)) {
+        scene::count_call(scene::Effect::Mattes);
+        why = "met a matte object";
+        return End::Ended;
+    }
     why = scatter(
         path, {flight.medium->phase(), flight.medium->albedo(p), volume.provenance, volume.link}, p,
         out);
@@ -117,6 +122,7 @@ const char* VolumeSegment::scatter(Path& path,
     path.emission_receiver = lights::EmissionReceiver::Scattering;
     path.receiver = scatterer.receiver_at(p);
     path.scatter_pdf = scatterer.phase.pdf(d, wi);
+    path.kind = scene::RayKind::Volume;
     // Lobes of the light's multipliers: what scatters everywhere is the diffuse one
     path.diffuse_share = Rgb(1.0f);
     path.importance = 0;

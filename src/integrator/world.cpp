@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "integrator/world.h"
 
+#include "scene/effect_calls.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -135,7 +137,7 @@ std::vector<scene::MaterialId> bodies_left(const World& world,
     geometry::Ray ray{o, d};
     ray.time = time;
     for (int i = 0; i < max_surfaces; ++i) {
-        const geometry::Hit hit = world.accelerator->intersect(ray);
+        const geometry::Hit hit = world.intersect(ray, scene::RayKind::Camera);
         if (!hit.is_valid()) break;
         const geometry::SurfacePoint point =
             geometry::make_surface_point(world.scene, world.geometry, ray, hit);
@@ -176,6 +178,11 @@ void for_each_placed_shape(const scene::Scene& scene, const Visit& visit) {
 
 std::vector<CustomShadowSurfaces> list_own_shadow_surfaces(const scene::Scene& scene) {
     std::vector<CustomShadowSurfaces> all;
+    // Where rays differ in what they meet, materials that emit have shadows by shadow rays
+    const bool has_emissive = std::any_of(scene.materials.begin(), scene.materials.end(),
+                                          [](const auto& m) { return scene::is_emissive(m); });
+    if (has_emissive && scene::plain_links(scene).has_custom_shadows())
+        all.push_back({scene::plain_links(scene), std::nullopt});
     for (const scene::MeshLight& light : scene.mesh_lights) {
         if (!light.links.has_custom_shadows() ||
             std::any_of(all.begin(), all.end(),
@@ -298,6 +305,11 @@ void World::set_facts() {
     has_light_links = lights.has_light_links() || is_forced(scene::Effect::LightLinking);
     has_custom_shadows = lights.has_custom_shadows();
     custom_shadow_surfaces = list_own_shadow_surfaces(scene);
+    has_ray_visibility = scene.linking.has_ray_visibility();
+    for (size_t kind = 0; kind < visible.size(); ++kind)
+        visible[kind] = scene::find_link_set(scene, scene.linking.visible[kind]);
+    mattes = scene::find_link_set(scene, scene.linking.mattes);
+    tells_rays_apart = has_ray_visibility || mattes;
     has_lobe_multipliers =
         is_forced(scene::Effect::LobeMultipliers) ||
         std::any_of(scene.lights.begin(), scene.lights.end(), has_multiplier<scene::Light>) ||
@@ -315,6 +327,13 @@ void World::set_facts() {
                               Vec2(0.5f))
                 .o,
             0.0f);
+}
+
+geometry::Hit World::intersect(const geometry::Ray& ray, scene::RayKind kind) const {
+    const scene::LinkSet* const met = visible_to(kind);
+    if (!met) return accelerator->intersect(ray);
+    scene::count_call(scene::Effect::RayVisibility);
+    return accelerator->intersect_some(ray, *met);
 }
 
 Interior World::interior_at(const Vec3& p, float time) const {

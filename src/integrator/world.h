@@ -19,6 +19,7 @@
 #include "scene/scene.h"
 #include "shading/material_evaluator.h"
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -98,6 +99,12 @@ struct World {
     /// Whether some light has links of whatever kind.
     bool has_links() const { return has_light_links || has_custom_shadows; }
 
+    /// What rays of the kind meet; null: everything.
+    const scene::LinkSet* visible_to(scene::RayKind kind) const { return visible[size_t(kind)]; }
+
+    /// The closest hit of a ray of the kind.
+    geometry::Hit intersect(const geometry::Ray& ray, scene::RayKind kind) const;
+
     /// Whether anything of the material is in the set.
     bool casts(scene::LinkSetId set, scene::MaterialId material) const {
         return caster_materials[set][material];
@@ -135,7 +142,12 @@ struct World {
     bool has_lobe_multipliers =
         false;  ///< some light has a diffuse or specular multiplier other than 1
     std::vector<std::vector<bool>>
-        caster_materials;  ///< [set][material]; only where something absorbs
+        caster_materials;             ///< [set][material]; only where something absorbs
+    bool has_ray_visibility = false;  ///< something is invisible to rays of some kind
+    bool tells_rays_apart = false;    ///< that, or something is a matte
+    /// [RayKind] what rays of the kind meet; null: everything.
+    std::array<const scene::LinkSet*, scene::ray_kind_count> visible = {};
+    const scene::LinkSet* mattes = nullptr;  ///< held out of the image; null: nothing
 
   private:
     void make_dielectrics();

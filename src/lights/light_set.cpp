@@ -208,6 +208,8 @@ LightSet::LightSet(const scene::Scene& scene,
     unread_textures_ = preparation.unread_textures();
     finite_ = std::make_unique<EmitterTree>(std::move(finite));
     for (const scene::MeshLight& light : scene.mesh_lights) note_links(light.links);
+    plain_links_ = scene::plain_links(scene);
+    note_links(plain_links_);
     if (options.geometry == nullptr || options.materials == nullptr) return;
     emission_ = std::make_unique<SurfaceEmission>(scene, *options.geometry, *options.materials,
                                                   diagnostics);
@@ -246,7 +248,7 @@ scene::GroupId LightSet::group(LightId id) const {
 const scene::LightLinks* LightSet::links(LightId id) const {
     if (!is_surface(id.index)) return records_[id.index].links;
     const scene::MeshLight* light = surfaces_->mesh_light(in_surfaces(id));
-    return light ? links_of(*light) : nullptr;
+    return light ? links_of(*light) : plain_links();
 }
 
 bool LightSet::item_illuminates(uint32_t item, scene::LinkClass c) const {
@@ -275,7 +277,10 @@ SurfaceRadiance LightSet::surface_radiance(const geometry::SurfacePoint& point,
     // A material that shows itself is no light to who sees it
     const bool is_light =
         light && !(emission_receiver == EmissionReceiver::Camera && light->shows_material);
-    if (!is_light) return out;
+    if (!is_light) {
+        if (emission_receiver == EmissionReceiver::Scattering) out.links = plain_links();
+        return out;
+    }
     out.multipliers = {light->diffuse_multiplier, light->specular_multiplier};
     out.links = links_of(*light);
     return out;

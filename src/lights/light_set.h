@@ -154,7 +154,8 @@ class LightSet {
     /// Number of link classes of the scene's geometry, see scene::Linking.
     size_t link_class_count() const { return scene_->linking.class_count; }
 
-    /// Links of the light; null: it illuminates everything and everything casts its shadow.
+    /// Links of the light; null: it illuminates everything and everything casts its shadow. Those
+    /// of emissive triangles that are no mesh light are scene::plain_links().
     const scene::LightLinks* links(LightId id) const;
 
     /// True when the light illuminates geometry of the class.
@@ -283,6 +284,11 @@ class LightSet {
 
     void note_links(const scene::LightLinks& links);
 
+    /// Of surfaces that emit and are no mesh light.
+    const scene::LightLinks* plain_links() const {
+        return plain_links_ == scene::LightLinks() ? nullptr : &plain_links_;
+    }
+
     LightId in_surfaces(LightId id) const { return {id.index - size(), id.part}; }
 
     using RawVisitor = void (*)(void*, const LightHit&);
@@ -298,6 +304,7 @@ class LightSet {
     std::unique_ptr<SurfaceEmission> emission_;
     std::unique_ptr<EmissiveSurfaces> surfaces_;
     bool has_light_links_ = false, has_custom_shadows_ = false;
+    scene::LightLinks plain_links_;
 };
 
 }  // namespace velatura::lights

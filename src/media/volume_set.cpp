@@ -89,13 +89,15 @@ void VolumeSet::fly(const Vec3& o,
                     const FreePath& around,
                     sampling::RandomStream numbers,
                     Flight& out,
-                    TrackingCounts& counts) const {
+                    TrackingCounts& counts,
+                    const scene::LinkSet* visible) const {
     out.clear();
     out.around = around;
     t_max = std::min(t_max, around.end);
     thread_local std::vector<TentativeCollisions> met;
     met.clear();
     for (const Medium& medium : media_) {
+        if (visible && !visible->holds(medium.link())) continue;
         float begin = 0.0f, end = t_max;
         if (medium.clip(o, d, begin, end)) met.emplace_back(medium, o, d, begin, end);
     }

@@ -47,7 +47,8 @@ class VolumeSet {
 
     /// Follows light along o + t·d, d unit, until t_max, which may be infinite, or until it
     /// collides. carried: by the path, for the choice of events where channels differ.
-    /// around: whatever else fills the space; goes no further than that. Writes `out` anew.
+    /// around: whatever else fills the space; goes no further than that. visible: what the light
+    /// meets; null: all. Writes `out` anew.
     void fly(const Vec3& o,
              const Vec3& d,
              float t_max,
@@ -55,7 +56,8 @@ class VolumeSet {
              const FreePath& around,
              sampling::RandomStream numbers,
              Flight& out,
-             TrackingCounts& counts) const;
+             TrackingCounts& counts,
+             const scene::LinkSet* visible = nullptr) const;
 
     /// Share of light that gets from o to o + t_max·d: an estimate with that mean, in [0, 1] but
     /// for rare survivors of roulette in thick media. casters: what may take light; null: all.

@@ -29,14 +29,18 @@ constexpr std::array command_only = {
     CommandOnly{"memory-limit", "it limits a whole process; start `velatura render` instead"},
 };
 
+/// Words of Python's grammar have an underscore behind them.
+constexpr std::string_view reserved = "pass";
+
 std::string dashed(std::string name) {
+    if (name.ends_with('_')) name.pop_back();
     std::replace(name.begin(), name.end(), '_', '-');
     return name;
 }
 
 std::string underscored(std::string name) {
     std::replace(name.begin(), name.end(), '-', '_');
-    return name;
+    return name == reserved ? name + '_' : name;
 }
 
 const CommandOnly* find_command_only(const std::string& option) {

@@ -157,8 +157,8 @@ auto members(const scene::LightGroup& v) {
 }
 
 auto members(const scene::Linking& v) {
-    const auto& [a, b, c] = v;
-    return std::tie(a, b, c);
+    const auto& [a, b, c, d, e] = v;
+    return std::tie(a, b, c, d, e);
 }
 
 auto members(const scene::Caster& v) {
@@ -215,9 +215,9 @@ auto members(const scene::RenderProduct& v) {
 
 /// Not the size of the image.
 auto members(const scene::RenderSettings& v) {
-    const auto& [a, b, width, height, c, d, e, f, g, h, i, j, k, l] = v;
+    const auto& [a, pass, b, width, height, c, d, e, f, g, h, i, j, k, l] = v;
     (void)width, (void)height;
-    return std::tie(a, b, c, d, e, f, g, h, i, j, k, l);
+    return std::tie(a, pass, b, c, d, e, f, g, h, i, j, k, l);
 }
 
 /// Not the place in a file.

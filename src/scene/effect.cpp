@@ -56,6 +56,8 @@ constexpr std::array<EffectInfo, effect_count> table = {{
     {Effect::LightLinking, Scene, "light-linking", "light links tested"},
     {Effect::ShadowControls, Scene, "shadow-controls", "shadow rays with ShadowAPI controls"},
     {Effect::LightFilters, Scene, "light-filters", "filters evaluated"},
+    {Effect::RayVisibility, Scene, "ray-visibility", "rays that skip geometry"},
+    {Effect::Mattes, Scene, "mattes", "camera paths ended by matte objects"},
     {Effect::Roulette, Estimator, "roulette", "Russian roulette tests"},
     {Effect::Guiding, Estimator, "guiding", "vertices with path guiding"},
     {Effect::Splitting, Estimator, "splitting", "paths divided"},

@@ -61,6 +61,9 @@ enum class Effect : uint8_t {
     LightLinking,
     ShadowControls,
     LightFilters,
+    // Rays
+    RayVisibility,
+    Mattes,
     // Estimators
     Roulette,
     Guiding,

@@ -3,7 +3,9 @@
 
 #include "base/math.h"
 #include "scene/ids.h"
+#include "scene/ray_kinds.h"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -69,12 +71,25 @@ struct LightLinks {
     friend bool operator==(const LightLinks&, const LightLinks&) = default;
 };
 
-/// How geometry falls into sets that lights refer to.
+/// How geometry falls into sets that lights, and rays of a kind, refer to.
 struct Linking {
     size_t class_count = 1;
     std::vector<LinkSet> sets;
     std::vector<std::vector<LinkClass>>
         rows;  ///< of Instance::link_row: [row][shape of the prototype]
+    /// [RayKind] what rays of the kind meet; none = everything. Where it is less for any kind but
+    /// Camera, that of Shadow is a set, if of all geometry: a path then looks for lights behind
+    /// what only its own rays meet.
+    std::array<LinkSetId, ray_kind_count> visible = {none, none, none, none, none, none, none};
+    LinkSetId mattes = none;  ///< held out of the image; none = nothing
+
+    LinkSetId visible_to(RayKind kind) const { return visible[size_t(kind)]; }
+
+    bool has_ray_visibility() const {
+        for (const LinkSetId set : visible)
+            if (set != none) return true;
+        return false;
+    }
 };
 
 }  // namespace velatura::scene

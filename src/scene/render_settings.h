@@ -32,6 +32,7 @@ struct RenderProduct {
 /// What UsdRenderSettings and the command line ask for, after products have overridden settings.
 struct RenderSettings {
     std::string name;  ///< prim path; empty = fallbacks
+    std::string pass;  ///< prim path of the RenderPass; empty = none
     std::string camera;
     int width = 2048, height = 1080;
     double pixel_aspect_ratio = 1.0;

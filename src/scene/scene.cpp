@@ -50,19 +50,33 @@ LinkClass link_class(const Scene& scene, uint32_t instance, ShapeId shape) {
     return row == none ? 0 : scene.linking.rows[row][shape];
 }
 
+LightLinks plain_links(const Scene& scene) {
+    LightLinks links;
+    links.casters = scene.linking.visible_to(RayKind::Shadow);
+    return links;
+}
+
+bool has_plain_shadows(const Scene& scene, const LightLinks& links) {
+    LightLinks shadows = links;
+    shadows.lit = none;
+    return shadows == plain_links(scene);
+}
+
 bool has_shadow_links(const Scene& scene, const LightLinks& links) {
     const LinkSet* casters = find_link_set(scene, links.casters);
-    return casters && !casters->is_empty();
+    return casters && !casters->is_empty() &&
+           links.casters != scene.linking.visible_to(RayKind::Shadow);
 }
 
 bool has_shadow_controls(const Scene& scene, const LightLinks& links) {
     LightLinks by_all = links;
     by_all.casters = none;
     return by_all.has_custom_shadows() ||
-           (links.casters != none && !has_shadow_links(scene, links));
+           (links.casters != plain_links(scene).casters && !has_shadow_links(scene, links));
 }
 
-bool has_shadow_links(const Scene& scene) {
+bool asks_for_classes(const Scene& scene) {
+    if (scene.linking.has_ray_visibility()) return true;
     return std::any_of(scene.lights.begin(), scene.lights.end(),
                        [&](const Light& light) { return has_shadow_links(scene, light.links); }) ||
            std::any_of(scene.mesh_lights.begin(), scene.mesh_lights.end(),

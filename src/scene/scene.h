@@ -117,8 +117,14 @@ bool has_shadow_links(const Scene& scene, const LightLinks& links);
 bool has_shadow_controls(const Scene& scene, const LightLinks& links);
 
 /// Whether rays ask for classes: some light has shadow links, or is geometry and has casters of its
-/// own.
-bool has_shadow_links(const Scene& scene);
+/// own, or something is invisible to rays of a kind.
+bool asks_for_classes(const Scene& scene);
+
+/// Of a light that says nothing: what is visible to shadow rays casts its shadows.
+LightLinks plain_links(const Scene& scene);
+
+/// Whether its shadows are those of plain_links().
+bool has_plain_shadows(const Scene& scene, const LightLinks& links);
 
 /// The set, or null for all geometry.
 inline const LinkSet* find_link_set(const Scene& scene, LinkSetId id) {

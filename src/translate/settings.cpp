@@ -200,21 +200,32 @@ void read_products(Context& ctx,
     }
 }
 
-/// The settings of a render pass, whose collections say what is rendered.
-Prim read_render_pass(Context& ctx, Prim pass) {
+/// The render passes of the stage, for messages.
+std::string named_passes(const Context& ctx) {
+    std::string text;
+    usd::stage::traverse(ctx.stage.pseudo_root(), [&](Prim prim) {
+        if (prim.is_a("RenderPass"))
+            text += (text.empty() ? "; passes of the stage: <" : ", <") + prim.path_string() + ">";
+        return !prim.is_instance();
+    });
+    return text.empty() ? "; the stage has no RenderPass" : text;
+}
+
+/// Reads the collections of a render pass, which say what is rendered and how.
+void read_render_pass(Context& ctx, Prim pass) {
     using usd::stage::CollectionQuery;
-    ctx.rendered.pass =
-        RenderPass{CollectionQuery(pass, "renderVisibility"), CollectionQuery(pass, "prune")};
-    const CollectionQuery seen(pass, "cameraVisibility"), matte(pass, "matte");
+    ctx.scene.settings.pass = pass.path_string();
+    RenderPass& read = ctx.rendered.pass.emplace(
+        RenderPass{CollectionQuery(pass, "renderVisibility"), CollectionQuery(pass, "prune")});
+    CollectionQuery seen(pass, "cameraVisibility"), mattes(pass, "matte");
     const bool hides = seen.has_expression() || seen.rule_paths().size() > 1 ||
                        !seen.includes(ctx.stage.pseudo_root().path());
-    if (hides)
-        ctx.warn(
-            "unsupported-render-pass", pass,
-            "collection cameraVisibility is not supported; its prims are visible to the camera");
-    if (!matte.is_empty())
-        ctx.warn("unsupported-render-pass", pass,
-                 "collection matte is not supported: its prims are rendered with their alpha");
+    if (hides) read.camera_visible = std::move(seen);
+    if (!mattes.is_empty()) read.mattes = std::move(mattes);
+}
+
+/// The settings that a render pass renders with.
+Prim render_source(Context& ctx, Prim pass) {
     const auto sources = pass.relationship("renderSource").forwarded_targets();
     const Prim settings = sources.empty() ? Prim() : ctx.stage.prim_at(sources.front());
     if (settings && settings.is_a("RenderSettings")) return settings;
@@ -223,23 +234,42 @@ Prim read_render_pass(Context& ctx, Prim pass) {
     return Prim();
 }
 
-Prim settings_prim(Context& ctx, const TranslateOptions& options) {
-    if (!options.settings.empty()) {
-        const Prim prim = ctx.stage.prim_at(options.settings);
-        return prim && prim.is_a("RenderPass") ? read_render_pass(ctx, prim) : prim;
+/// The settings that the options, a render pass or else the stage choose.
+Result<Prim> settings_prim(Context& ctx, const TranslateOptions& options) {
+    const auto prim_of = [&](const std::string& path, std::string_view type) {
+        const Prim prim = ctx.stage.prim_at(path);
+        return prim && prim.is_a(type) ? prim : Prim();
+    };
+    Prim pass;
+    if (!options.pass.empty()) {
+        pass = prim_of(options.pass, "RenderPass");
+        if (!pass)
+            return Error{"unknown-pass", fmt::format("<{}> is not a RenderPass{}", options.pass,
+                                                     named_passes(ctx))};
+        read_render_pass(ctx, pass);
     }
+    if (!options.settings.empty()) {
+        if (const Prim prim = prim_of(options.settings, "RenderSettings")) return prim;
+        const Prim named = prim_of(options.settings, "RenderPass");
+        if (!named || pass)
+            return Error{"unknown-settings", fmt::format("<{}> is {}", options.settings,
+                                                         pass ? "not a RenderSettings"
+                                                              : "neither a RenderSettings nor a "
+                                                                "RenderPass")};
+        read_render_pass(ctx, named);
+        pass = named;
+    }
+    if (pass) return render_source(ctx, pass);
     const auto value = ctx.stage.metadata("renderSettingsPrimPath");
     if (!value) return Prim();
     std::string path;
     if (const auto* s = value->get_if<std::string>()) path = *s;
     if (const auto* t = value->get_if<usd::layer::Token>()) path = t->str();
     if (path.empty()) return Prim();
-    const Prim prim = ctx.stage.prim_at(path);
-    if (!prim || !prim.is_a("RenderSettings")) {
+    const Prim prim = prim_of(path, "RenderSettings");
+    if (!prim)
         ctx.diagnostics.warn("unknown-settings", ctx.stage.pseudo_root().loc(), path,
                              "renderSettingsPrimPath names no RenderSettings, fallbacks are used");
-        return Prim();
-    }
     return prim;
 }
 
@@ -293,12 +323,9 @@ void note_no_settings(Context& ctx) {
 
 Result<void> read_render_settings(Context& ctx, const TranslateOptions& options) {
     scene::RenderSettings& out = ctx.scene.settings;
-    const Prim prim = settings_prim(ctx, options);
-    if (!options.settings.empty() && !ctx.rendered.pass && !(prim && prim.is_a("RenderSettings"))) {
-        return Error{
-            "unknown-settings",
-            fmt::format("<{}> is neither a RenderSettings nor a RenderPass", options.settings)};
-    }
+    const Result<Prim> chosen = settings_prim(ctx, options);
+    if (!chosen) return chosen.error();
+    const Prim prim = *chosen;
     std::optional<AuthoredResolution> resolution;
     if (prim) {
         out.name = prim.path_string();

@@ -83,7 +83,6 @@ constexpr UnusedAttribute unused[] = {
     {"RenderSettings", "renderingColorSpace", Warned},
     {"RenderProduct", "productType", Warned},
     {"RenderPass", "denoise:enable", Warned, "the image is not denoised; `velatura-comp denoise`"},
-    {"RenderPass", "collection:cameraVisibility:includeRoot", Warned},
     {"RenderPass", "passType", NoEffect},
     {"RenderPass", "command", NoEffect},
     {"RenderPass", "fileName", Warned, "the render settings are those of the stage"},
@@ -145,6 +144,15 @@ constexpr TokenChoice choices[] = {
 
 constexpr ExtraName names_beside_schemas[] = {
     {"", "velatura:shadow:caster"},
+    {"", "primvars:velatura:matte"},
+    {"", "primvars:velatura:visibility:camera"},
+    {"", "primvars:velatura:visibility:shadow"},
+    {"", "primvars:velatura:visibility:diffuse"},
+    {"", "primvars:velatura:visibility:diffuseTransmission"},
+    {"", "primvars:velatura:visibility:reflection"},
+    {"", "primvars:velatura:visibility:refraction"},
+    {"", "primvars:velatura:visibility:volume"},
+    {"", "primvars:velatura:visibility:indirect"},
     {"", "material:binding"},
     {"", "material:binding:full"},
     {"", "material:binding:preview"},
@@ -224,14 +232,27 @@ constexpr ForeignRenderer renderers[] = {
     {"RTX", "omni:rtx:|primvars:omni:rtx:|inputs:omni:rtx:"},
 };
 
+constexpr std::string_view seen_by_all =
+    "the prim is seen by all rays and casts shadows; primvars:velatura:visibility decides";
+
 constexpr ForeignRequest requests[] = {
     {"lpetag|arnold:aov", "", ""},
+    {"primvars:arnold:visibility:camera|primvars:arnold:visibility:shadow|"
+     "primvars:arnold:visibility:diffuse_reflect|primvars:arnold:visibility:diffuse_transmit|"
+     "primvars:arnold:visibility:specular_reflect|primvars:arnold:visibility:specular_transmit|"
+     "primvars:arnold:visibility:volume|primvars:arnold:matte|"
+     "primvars:karma:object:rendervisibility|primvars:karma:object:holdoutmode|"
+     "karma:light:renderlightgeo|primvars:ri:attributes:visibility:camera|"
+     "primvars:ri:attributes:visibility:indirect|primvars:ri:attributes:visibility:transmission|"
+     "primvars:ri:attributes:ri:matte",
+     "", ""},
+    {"primvars:arnold:visibility:", "1|true", seen_by_all},
+    {"primvars:arnold:visibility", "", ""},
     {"matte|holdout|shadow_catcher|shadowcatcher|is_shadow_catcher", "0|false|off|none",
-     "the prim is rendered as any other, with its own alpha; mattes: --layers and Cryptomatte"},
+     "the prim is rendered as any other, with its own alpha; primvars:velatura:matte holds out"},
     {"visib|renderlightgeo|shadowcaster|cast_shadow|castshadow|receive_shadow|receiveshadow|"
      "self_shadow|primaryray|primary_ray|hide_|hidden_|invisible",
-     "1|255|-1|true|on|*|visible|all",
-     "the prim is seen by all rays and casts shadows; lights: shadow:enable and linking"},
+     "1|255|-1|true|on|*|visible|all", seen_by_all},
     {"opaque", "1|true", "the opacity of the material decides, in shadows too"},
     {"subdiv|tess|dicing|dice|micropolygon|catclark", "none|0|false|off",
      "subdivisionScheme and --dicing-rate decide"},

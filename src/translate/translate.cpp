@@ -252,6 +252,8 @@ Result<scene::Scene> translate_stage(const usd::stage::Stage& stage,
     color::note_color_configuration(ctx);
     const Result<void> settings = read_render_settings(ctx, options);
     if (!settings) return settings.error();
+    bool& is_kept = ctx.state<linking::LinkPathMappings>().is_kept;
+    is_kept = is_kept || linking::asks_for_places(ctx.rendered);
     Result<scene::Camera> camera = make_camera(ctx, options);
     if (!camera) return camera.error();
     ctx.scene.camera = *std::move(camera);
@@ -262,8 +264,10 @@ Result<scene::Scene> translate_stage(const usd::stage::Stage& stage,
     linking::link_all(ctx);
     linking::find_casters(ctx);
     if (ctx.scene.lights.empty() && !ctx.state<materials::TranslatedMaterials>().has_emissive &&
-        !holds_light(ctx))
+        !holds_light(ctx)) {
         lights::add_default_dome(ctx);
+        ctx.scene.lights.back().links = scene::plain_links(ctx.scene);
+    }
     lights::finish_light_groups(ctx);
     for (const auto& [name, found] : ctx.state<geometry::RequestedPrimvars>().found)
         ctx.scene.found_primvars.push_back(found);

@@ -20,7 +20,8 @@ using lights::LightGrouping;
 /// What the command line decides; empty = the stage decides.
 struct TranslateOptions {
     std::string camera;    ///< prim path
-    std::string settings;  ///< prim path of a RenderSettings
+    std::string settings;  ///< prim path of a RenderSettings, or of a RenderPass
+    std::string pass;      ///< prim path of a RenderPass, whose renderSource yields to `settings`
     usd::stage::TimeCode time;
     std::optional<std::array<int, 2>> resolution;  ///< width, height in pixels
     std::vector<std::string> purposes;             ///< instead of the settings' includedPurposes
@@ -52,7 +53,7 @@ struct TranslateOptions {
 /// else one that frames everything (a note says so). Lights: a stage without lights and without
 /// emissive materials gets a white dome of radiance 1 in the group `default`. What is found and not
 /// rendered gets one warning per kind and prim. Errors: "unknown-camera", "unknown-settings",
-/// "bad-camera", "bad-resolution".
+/// "unknown-pass", "bad-camera", "bad-resolution".
 Result<scene::Scene> translate_stage(const usd::stage::Stage& stage,
                                      const TranslateOptions& options,
                                      Diagnostics& diagnostics);

@@ -13,6 +13,7 @@
 #include "translate/lights/lights.h"
 #include "translate/lights/mesh_lights.h"
 #include "translate/linking/linking.h"
+#include "translate/linking/ray_visibility.h"
 #include "translate/motion/pose.h"
 #include "translate/motion/unblurred.h"
 #include "translate/unsupported.h"
@@ -187,6 +188,7 @@ void walk(Context& ctx, Prim prim, const Mat4d& parent_matrix, InstanceSource& o
                  "its children are skipped");
         return;
     }
+    const bool is_seen = linking::note_visibility(ctx, prim);
     if (type == "PointInstancer") {
         if (ctx.rendered.includes(prim))
             instancing::read_point_instancer(ctx, prim, matrix, out, walk);
@@ -199,7 +201,8 @@ void walk(Context& ctx, Prim prim, const Mat4d& parent_matrix, InstanceSource& o
         place_instance(ctx, prim, matrix, out);
         return;
     }
-    draw(ctx, prim, matrix, pose ? &*pose : nullptr, out);
+    if (is_seen || lights::is_light_type(type))
+        draw(ctx, prim, matrix, pose ? &*pose : nullptr, out);
     walk_children(ctx, prim, matrix, out);
 }
 

@@ -271,7 +271,7 @@ void LiveFrame::pick(const std::array<int, 2>& pixel) {
     const camera::CameraRay from =
         world.camera.generate_ray({float(pixel[0]) + 0.5f, float(pixel[1]) + 0.5f}, {0.5f, 0.5f});
     const geometry::Ray ray{from.o, from.d, from.t_max};
-    const geometry::Hit hit = world.accelerator->intersect(ray);
+    const geometry::Hit hit = world.intersect(ray, scene::RayKind::Camera);
     LivePick picked;
     picked.pixel = pixel;
     if (hit.is_valid()) {

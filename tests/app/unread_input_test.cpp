@@ -123,23 +123,24 @@ const Case cases[] = {
     {"def Sphere \"S\" { double3 xformOp:translate = (1, 0, 0) }",
      "xformOp:translate is not in xformOpOrder: it does not move the prim [unused-xform-op]"},
     // Other renderers
-    {"def Sphere \"A\" { bool primvars:arnold:visibility:camera = 0 }\ndef Sphere \"B\" { bool "
-     "primvars:arnold:visibility:camera = 0 }",
-     "primvars:arnold:visibility:camera of Arnold is ignored: the prim is seen by all rays and "
-     "casts "
-     "shadows; lights: shadow:enable and linking (2 prims, the first is named) "
+    {"def Sphere \"A\" { bool primvars:arnold:visibility:subsurface = 0 }\ndef Sphere \"B\" { bool "
+     "primvars:arnold:visibility:subsurface = 0 }",
+     "primvars:arnold:visibility:subsurface of Arnold is ignored: the prim is seen by all rays and "
+     "casts shadows; primvars:velatura:visibility decides (2 prims, the first is named) "
      "[foreign-attribute]"},
-    {"def Sphere \"A\" { bool primvars:arnold:matte = 1 }", "primvars:arnold:matte of Arnold"},
+    {"def Sphere \"A\" { bool primvars:vray:matte = 1 }", "primvars:vray:matte of V-Ray"},
+    {"def Sphere \"A\" { int primvars:arnold:visibility:camera = 7 }",
+     "primvars:arnold:visibility:camera is not 0 or 1; it is ignored [bad-visibility]"},
     {"def Sphere \"A\" { bool primvars:arnold:opaque = 0 }", "the opacity of the material decides"},
-    {"def Sphere \"A\" { string primvars:karma:object:rendervisibility = \"-primary\" }",
-     "primvars:karma:object:rendervisibility of Karma is ignored"},
+    {"def Sphere \"A\" { string karma:object:rendervisibility = \"-primary\" }",
+     "karma:object:rendervisibility of Karma is ignored"},
     {"def Sphere \"A\" { int primvars:karma:object:holdoutmode = 2 }",
-     "primvars:karma:object:holdoutmode of Karma is ignored"},
+     "holdoutmode 2 (background) is not supported; the prim is a matte [bad-visibility]"},
     {"def RenderSettings \"R\" { int karma:global:samplesperpixel = 9 }",
      "karma:global:samplesperpixel of Karma is ignored: --spp, --adaptive and --target-error "
      "decide"},
-    {"def Sphere \"A\" { int primvars:ri:attributes:visibility:camera = 0 }", "of RenderMan"},
-    {"def Sphere \"A\" { int primvars:ri:attributes:Ri:Matte = 1 }", "of RenderMan is ignored"},
+    {"def Sphere \"A\" { int ri:attributes:visibility:camera = 0 }", "of RenderMan"},
+    {"def Sphere \"A\" { int ri:attributes:Ri:Matte = 1 }", "of RenderMan is ignored"},
     {"def Sphere \"A\" { bool primvars:redshift:object:MESHFLAG_SHADOWCASTER = 0 }", "of Redshift"},
     {"def Sphere \"A\" { bool primvars:cycles:object:is_shadow_catcher = 1 }", "of Cycles"},
     {"def Sphere \"A\" { bool vray:object:matte_surface = 1 }", "of V-Ray"},

@@ -204,6 +204,15 @@ constexpr EffectFixture fixtures[] = {
      "def Cube \"Box\" { double size = 0.3 }\ndef SphereLight \"L\" { float inputs:intensity = 0\n "
      "rel collection:shadowLink:excludes = <@@/Box> }",
      true},
+    {Effect::RayVisibility, "switch",
+     "def Cube \"Box\" { double size = 0.3\n bool primvars:arnold:visibility:shadow = 0 }",
+     "def Cube \"Box\" { double size = 0.3\n bool primvars:arnold:visibility:shadow = 1 }", true},
+    {Effect::RayVisibility, "camera",
+     "def Cube \"Box\" { double size = 0.3\n bool primvars:velatura:visibility:camera = 0 }",
+     "def Cube \"Box\" { double size = 0.3\n bool primvars:velatura:visibility:camera = 1 }", true},
+    {Effect::Mattes, "matte",
+     "def Cube \"Box\" { double size = 0.3\n bool primvars:arnold:matte = 1 }",
+     "def Cube \"Box\" { double size = 0.3\n bool primvars:arnold:matte = 0 }", true},
     {Effect::ShadowControls, "distance",
      "def SphereLight \"L\" (prepend apiSchemas = [\"ShadowAPI\"]) { float inputs:shadow:distance "
      "= 0.5 }",

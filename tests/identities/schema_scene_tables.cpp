@@ -569,6 +569,9 @@ std::vector<AttributeRow> settings_rows() {
         "\"R\" {}\n"};
     pass.settings = "/Pass";
     rows.push_back(pass);
+    pass.attribute = "collection:cameraVisibility:includeRoot";
+    pass.authored = "uniform bool collection:cameraVisibility:includeRoot = 0";
+    rows.push_back(pass);
     // Grids are read by a plugin: tests/volume
     const auto volume = [](const std::string& body) {
         return "def Volume \"V\" { rel field:density = </V/D>\ndef OpenVDBAsset \"D\" {\n" + body +

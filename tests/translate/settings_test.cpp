@@ -75,19 +75,18 @@ TEST(Settings, RenderPassesShowWhatTheirCollectionsHold) {
     struct Case {
         const char* rules;
         size_t shapes;
-        size_t warnings;
     };
 
     const Case cases[] = {
-        {"", 2, 0},
-        {"uniform bool collection:renderVisibility:includeRoot = 0\n", 0, 0},
+        {"", 2},
+        {"uniform bool collection:renderVisibility:includeRoot = 0\n", 0},
         {"uniform bool collection:renderVisibility:includeRoot = 0\nrel "
          "collection:renderVisibility:includes = </A>\n",
-         1, 0},
-        {"rel collection:renderVisibility:excludes = </B>\n", 1, 0},
-        {"rel collection:prune:includes = </A>\n", 1, 0},
-        {"rel collection:matte:includes = </A>\n", 2, 1},
-        {"rel collection:cameraVisibility:excludes = </A>\n", 2, 1},
+         1},
+        {"rel collection:renderVisibility:excludes = </B>\n", 1},
+        {"rel collection:prune:includes = </A>\n", 1},
+        {"rel collection:matte:includes = </A>\n", 2},
+        {"rel collection:cameraVisibility:excludes = </A>\n", 2},
     };
     TranslateOptions options;
     options.settings = "/P";
@@ -96,7 +95,7 @@ TEST(Settings, RenderPassesShowWhatTheirCollectionsHold) {
         translate_text(pass(c.rules), t, options);
         ASSERT_EQ(t.error, "") << t.error_message;
         EXPECT_EQ(t.scene.shapes.size(), c.shapes) << c.rules;
-        EXPECT_EQ(t.count("unsupported-render-pass"), c.warnings) << c.rules;
+        EXPECT_EQ(t.scene.settings.pass, "/P") << c.rules;
         EXPECT_EQ(t.scene.settings.width, 40) << c.rules;
         EXPECT_EQ(t.scene.settings.name, "/R") << c.rules;
     }
@@ -105,6 +104,61 @@ TEST(Settings, RenderPassesShowWhatTheirCollectionsHold) {
                    options);
     EXPECT_EQ(lost.error, "");
     EXPECT_EQ(lost.count("unknown-settings"), 1u);
+}
+
+TEST(Settings, PassesHideFromTheCameraAndHoldOut) {
+    const auto translated = [](const std::string& rules) {
+        TranslateOptions options;
+        options.pass = "/P";
+        Translated t;
+        translate_text(pass(rules + "}\ndef SphereLight \"L\" {\n"), t, options);
+        EXPECT_EQ(t.error, "") << t.error_message;
+        EXPECT_EQ(t.scene.settings.name, "/R");
+        std::string text;
+        const auto holds = [&](scene::LinkSetId set, size_t shape, bool otherwise) {
+            return set == scene::none ? otherwise
+                                      : t.scene.linking.sets[set].holds(t.scene.shapes[shape].link);
+        };
+        for (size_t i = 0; i < t.scene.shapes.size(); ++i) {
+            text += holds(t.scene.linking.visible_to(scene::RayKind::Camera), i, true) ? 'c' : '-';
+            text += holds(t.scene.linking.visible_to(scene::RayKind::Diffuse), i, true) ? 'd' : '-';
+            text += holds(t.scene.linking.mattes, i, false) ? 'M' : '-';
+            text += ' ';
+        }
+        return text + (t.scene.lights.at(0).is_camera_visible ? "L" : "-");
+    };
+    // The shapes A/S and B, and the light L
+    EXPECT_EQ(translated(""), "cd- cd- L");
+    EXPECT_EQ(translated("rel collection:matte:includes = </A>\n"), "cdM cd- L");
+    EXPECT_EQ(translated("rel collection:cameraVisibility:excludes = [</A>, </L>]\n"), "-d- cd- -");
+    EXPECT_EQ(translated("uniform bool collection:cameraVisibility:includeRoot = 0\nrel "
+                         "collection:cameraVisibility:includes = </B>\nrel "
+                         "collection:matte:includes = </B>\n"),
+              "-d- cdM -");
+}
+
+TEST(Settings, APassIsNamedByItsOwnOption) {
+    TranslateOptions options;
+    options.pass = "/B";
+    Translated wrong;
+    translate_text(pass(""), wrong, options);
+    EXPECT_EQ(wrong.error, "unknown-pass");
+    EXPECT_NE(wrong.error_message.find("</B> is not a RenderPass; passes of the stage: </P>"),
+              std::string::npos)
+        << wrong.error_message;
+    // Settings of the command line come before those of the pass
+    options.pass = "/P";
+    options.settings = "/Other";
+    Translated other;
+    translate_text(pass("}\ndef RenderSettings \"Other\" {\nuniform int2 resolution = (20, 10)\n"),
+                   other, options);
+    EXPECT_EQ(other.error, "") << other.error_message;
+    EXPECT_EQ(other.scene.settings.width, 20);
+    EXPECT_EQ(other.scene.settings.pass, "/P");
+    options.settings = "/P";
+    Translated twice;
+    translate_text(pass(""), twice, options);
+    EXPECT_EQ(twice.error, "unknown-settings");
 }
 
 TEST(Settings, OptionsBeatSettings) {

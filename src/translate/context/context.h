@@ -25,6 +25,9 @@ using usd::stage::TimeCode;
 /// What a RenderPass renders of the stage.
 struct RenderPass {
     usd::stage::CollectionQuery visible, pruned;
+    /// What the camera sees; nothing: all of that.
+    std::optional<usd::stage::CollectionQuery> camera_visible = {};
+    std::optional<usd::stage::CollectionQuery> mattes = {};  ///< nothing: none
 };
 
 /// Which prims are rendered.

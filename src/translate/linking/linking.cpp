@@ -23,6 +23,8 @@ namespace {
 using scene::LinkClass;
 using scene::LinkSet;
 using scene::LinkSetId;
+using scene::none;
+using scene::RayKind;
 using usd::layer::Path;
 using usd::stage::CollectionQuery;
 
@@ -63,24 +65,44 @@ std::vector<Path> paths_at(const Context& ctx,
     return paths;
 }
 
-/// All collections of all lights, and what geometry is in them.
+/// Of a placement inside another one.
+VisibilityOpinion visibility_at(const Context& ctx, const LinkPathMapping& place, Path read) {
+    VisibilityOpinion opinion = ctx.state<AuthoredVisibility>().above(read, place.read);
+    opinion.inherit(place.inherited);
+    return opinion;
+}
+
+/// All collections of all lights, what rays see, and what geometry is in them.
 class Linker {
   public:
     explicit Linker(Context& ctx) : ctx_(ctx), places_(ctx.state<LinkPathMappings>()) {}
 
     void run() {
         read_collections();
+        if (!ctx_.state<AuthoredVisibility>().of_prim.empty()) remove_unseen();
         classify();
+        warn_of_matte_volumes();
         make_sets();
+        make_ray_sets();
         link_lights();
     }
 
   private:
     static constexpr uint32_t everything = scene::none;
 
+    /// What is told apart of geometry.
+    struct Traits {
+        std::vector<bool> members;  ///< [query]
+        scene::RayKinds visible = scene::RayKinds::all();
+        bool is_matte = false;
+
+        auto operator<=>(const Traits&) const = default;
+    };
+
     /// Collections of one light, as indices into queries_.
     struct Request {
         Prim light;
+        bool is_seen = true;  ///< by the camera
         uint32_t lit = everything, casters = everything;
         bool casts_nothing = false;
     };
@@ -91,6 +113,13 @@ class Linker {
             const LinkPathMapping& place = places_.list[light.place];
             const Prim prim = ctx_.stage.prim_at(map_path(place, light.prim.path()));
             lights_.push_back(read_request(prim ? prim : light.prim));
+            const std::optional<RenderPass>& pass = ctx_.rendered.pass;
+            const bool is_in_pass =
+                !pass || !pass->camera_visible ||
+                pass->camera_visible->includes(map_path(place, light.prim.path()));
+            lights_.back().is_seen =
+                is_in_pass &&
+                is_light_seen(ctx_, light.prim, visibility_at(ctx_, place, light.prim.path()));
         }
         for (const Prim prim : found.mesh_lights) mesh_lights_.push_back(read_request(prim));
     }
@@ -117,12 +146,21 @@ class Linker {
     }
 
     /// Class of what is at these paths, and in these subsets, by all queries.
-    LinkClass class_at(const std::vector<Path>& paths, const std::vector<Path>& subsets) {
-        std::vector<bool> member;
+    LinkClass class_at(const std::vector<Path>& paths,
+                       const std::vector<Path>& subsets,
+                       const VisibilityOpinion& opinion) {
+        Traits traits;
         for (const CollectionQuery& query : queries_)
-            member.push_back(includes(query, paths, subsets));
-        const auto [at, is_new] = classes_.try_emplace(member, LinkClass(classes_.size()));
-        if (is_new) members_.push_back(member);
+            traits.members.push_back(includes(query, paths, subsets));
+        traits.visible = opinion.kinds();
+        traits.is_matte = opinion.is_matte.value_or(false);
+        if (const std::optional<RenderPass>& pass = ctx_.rendered.pass) {
+            if (pass->camera_visible && !pass->camera_visible->includes_first(paths))
+                traits.visible = traits.visible & ~scene::RayKinds().with(RayKind::Camera);
+            if (pass->mattes && pass->mattes->includes_first(paths)) traits.is_matte = true;
+        }
+        const auto [at, is_new] = classes_.try_emplace(traits, LinkClass(classes_.size()));
+        if (is_new) traits_.push_back(traits);
         occurs_.resize(classes_.size());
         occurs_[at->second] = true;
         return at->second;
@@ -142,16 +180,64 @@ class Linker {
         std::vector<Path> subsets;
         if (const auto at = subsets_.find(provenance); at != subsets_.end())
             for (const Path& path : at->second) subsets.push_back(map_path(place, path));
-        return class_at(paths, subsets);
+        const Path read = Path::from(ctx_.scene.provenance[provenance].prim_path);
+        return class_at(paths, subsets, visibility_at(ctx_, place, read));
+    }
+
+    VisibilityOpinion visibility_of(uint32_t place, scene::ProvenanceId provenance) const {
+        const Path read = Path::from(ctx_.scene.provenance[provenance].prim_path);
+        return visibility_at(ctx_, places_.list[place], read);
+    }
+
+    /// Takes out the instances and volumes that rays of no kind see. What is placed directly and
+    /// unseen was never read.
+    void remove_unseen() {
+        scene::Scene& scene = ctx_.scene;
+        std::map<std::pair<uint32_t, uint32_t>, bool> known;  // place, prototype → unseen
+        const auto is_unseen = [&](size_t i) {
+            const uint32_t prototype = scene.instances[i].prototype;
+            const uint32_t place = places_.of_instance[i];
+            const auto [at, is_new] = known.try_emplace(std::pair(place, prototype), false);
+            const std::vector<scene::Shape>& shapes = scene.prototypes[prototype].shapes;
+            if (is_new)
+                at->second = std::all_of(shapes.begin(), shapes.end(), [&](const auto& shape) {
+                    return visibility_of(place, shape.provenance).kinds().is_empty();
+                });
+            return at->second;
+        };
+        erase_both(scene.instances, places_.of_instance, is_unseen);
+        erase_both(scene.volumes, places_.of_volume, [&](size_t i) {
+            const uint32_t place = places_.of_volume[i];
+            return visibility_of(place, scene.volumes[i].provenance).kinds().is_empty();
+        });
+    }
+
+    /// Erases elements, by their numbers, from two lists of as many.
+    template <class A, class B, class Test>
+    static void erase_both(std::vector<A>& a, std::vector<B>& b, const Test& is_erased) {
+        size_t kept = 0;
+        for (size_t i = 0; i < a.size(); ++i) {
+            if (is_erased(i)) continue;
+            if (kept != i) {
+                a[kept] = std::move(a[i]);
+                b[kept] = std::move(b[i]);
+            }
+            ++kept;
+        }
+        a.resize(kept);
+        b.resize(kept);
     }
 
     void classify() {
         // What every light knows is class 0
-        const std::vector<bool> all(queries_.size(), true);
+        Traits all;
+        all.members.assign(queries_.size(), true);
         classes_[all] = 0;
-        members_.push_back(all);
+        traits_.push_back(all);
         occurs_.push_back(false);
-        if (queries_.empty()) return;
+        if (queries_.empty() && ctx_.state<AuthoredVisibility>().of_prim.empty() &&
+            !asks_for_places(ctx_.rendered))
+            return;
         subsets_ = divide_by_subsets(ctx_, queries_);
         scene::Scene& scene = ctx_.scene;
         for (size_t i = 0; i < scene.shapes.size(); ++i) {
@@ -182,20 +268,63 @@ class Linker {
         return at->second;
     }
 
-    void make_sets() {
-        ctx_.scene.linking.class_count = members_.size();
-        for (size_t q = 0; q < queries_.size(); ++q) {
-            LinkSet set(members_.size());
-            bool is_everything = true;
-            for (LinkClass c = 0; c < members_.size(); ++c) {
-                if (!occurs_[c]) continue;
-                if (members_[c][q])
-                    set.add(c);
-                else
-                    is_everything = false;
+    void warn_of_matte_volumes() {
+        for (const scene::Volume& volume : ctx_.scene.volumes)
+            if (traits_[volume.link].is_matte &&
+                scene::has_emission(volume, ctx_.scene.volume_fields)) {
+                const scene::Provenance& at = ctx_.scene.provenance[volume.provenance];
+                ctx_.diagnostics.warn("matte-emission", at.loc, at.prim_path,
+                                      "the volume is a matte, and what it emits is seen all the "
+                                      "same");
             }
-            sets_.push_back(is_everything ? scene::none : set_id(set));
+    }
+
+    /// The classes that occur and of whose traits `is_in` holds; none: all of them.
+    template <class Test>
+    LinkSetId set_of(const Test& is_in) {
+        LinkSet set(traits_.size());
+        bool is_everything = true;
+        for (LinkClass c = 0; c < traits_.size(); ++c) {
+            if (!occurs_[c]) continue;
+            if (is_in(traits_[c]))
+                set.add(c);
+            else
+                is_everything = false;
         }
+        return is_everything ? scene::none : set_id(set);
+    }
+
+    static bool is_seen(const Traits& traits, RayKind kind) { return traits.visible.has(kind); }
+
+    void make_sets() {
+        ctx_.scene.linking.class_count = traits_.size();
+        for (size_t q = 0; q < queries_.size(); ++q) {
+            sets_.push_back(set_of([&](const Traits& traits) { return traits.members[q]; }));
+            caster_sets_.push_back(set_of([&](const Traits& traits) {
+                return traits.members[q] && is_seen(traits, RayKind::Shadow);
+            }));
+        }
+    }
+
+    void make_ray_sets() {
+        scene::Linking& linking = ctx_.scene.linking;
+        bool is_path_restricted = false;
+        for (size_t k = 0; k < scene::ray_kind_count; ++k) {
+            const auto kind = RayKind(k);
+            linking.visible[k] =
+                set_of([&](const Traits& traits) { return is_seen(traits, kind); });
+            is_path_restricted =
+                is_path_restricted || (kind != RayKind::Camera && linking.visible[k] != none);
+        }
+        LinkSet mattes(traits_.size());
+        for (LinkClass c = 0; c < traits_.size(); ++c)
+            if (occurs_[c] && traits_[c].is_matte) mattes.add(c);
+        if (!mattes.is_empty()) linking.mattes = set_id(mattes);
+        LinkSetId& shadow = linking.visible[size_t(RayKind::Shadow)];
+        if (!is_path_restricted || shadow != none) return;
+        LinkSet all(traits_.size());
+        for (LinkClass c = 0; c < traits_.size(); ++c) all.add(c);
+        shadow = set_id(all);
     }
 
     LinkSetId set_id(const LinkSet& set) {
@@ -209,8 +338,10 @@ class Linker {
     void link(const Request& request, scene::LightLinks& links) {
         const bool says_something = request.lit != everything || request.casters != everything;
         if (request.lit != everything) links.lit = sets_[request.lit];
-        if (request.casters != everything) links.casters = sets_[request.casters];
-        if (says_something && links.lit == scene::none && links.casters == scene::none)
+        if (request.casters != everything) links.casters = caster_sets_[request.casters];
+        if (links.casters == none) links.casters = scene::plain_links(ctx_.scene).casters;
+        if (says_something && links.lit == scene::none &&
+            links.casters == scene::plain_links(ctx_.scene).casters)
             ctx_.note_zero(scene::Effect::LightLinking, request.light,
                            "lightLink and shadowLink include everything");
         if (!request.casts_nothing) return;
@@ -218,13 +349,26 @@ class Linker {
         const LinkSetId lit = links.lit;
         links = {};
         links.lit = lit;
-        links.casters = set_id(LinkSet(members_.size()));
+        links.casters = set_id(LinkSet(traits_.size()));
+    }
+
+    /// Lobes that see nothing of geometry that is a light are not lit by it either.
+    static void hide_from_lobes(scene::MeshLight& light, scene::RayKinds visible) {
+        if (!visible.has(RayKind::Diffuse)) light.diffuse_multiplier = 0.0f;
+        if (!visible.has(RayKind::Reflection)) light.specular_multiplier = 0.0f;
     }
 
     void link_lights() {
-        for (size_t i = 0; i < lights_.size(); ++i) link(lights_[i], ctx_.scene.lights[i].links);
-        for (size_t i = 0; i < mesh_lights_.size(); ++i)
+        for (size_t i = 0; i < lights_.size(); ++i) {
+            link(lights_[i], ctx_.scene.lights[i].links);
+            ctx_.scene.lights[i].is_camera_visible = lights_[i].is_seen;
+        }
+        const AuthoredVisibility& authored = ctx_.state<AuthoredVisibility>();
+        for (size_t i = 0; i < mesh_lights_.size(); ++i) {
             link(mesh_lights_[i], ctx_.scene.mesh_lights[i].links);
+            hide_from_lobes(ctx_.scene.mesh_lights[i],
+                            authored.above(mesh_lights_[i].light.path()).kinds());
+        }
         if (ctx_.scene.linking.sets.empty()) forget_classes();
     }
 
@@ -237,16 +381,16 @@ class Linker {
     }
 
     Context& ctx_;
-    const LinkPathMappings& places_;
+    LinkPathMappings& places_;
     std::vector<Request> lights_, mesh_lights_;
     std::vector<CollectionQuery> queries_;
     std::map<std::string, uint32_t> known_queries_;
     SubsetsOfPart subsets_;
-    std::map<std::vector<bool>, LinkClass> classes_;
-    std::vector<std::vector<bool>> members_;  // [class][query]
-    std::vector<bool> occurs_;                // [class]
+    std::map<Traits, LinkClass> classes_;
+    std::vector<Traits> traits_;  // [class]
+    std::vector<bool> occurs_;    // [class]
     std::map<std::vector<LinkClass>, uint32_t> rows_;
-    std::vector<LinkSetId> sets_;  // [query]
+    std::vector<LinkSetId> sets_, caster_sets_;  // [query]
 };
 
 }  // namespace
@@ -275,8 +419,9 @@ uint32_t place_inside(Context& ctx, uint32_t outer, const Placement& placement) 
         {outer, placement.provenance, placement.what}, uint32_t(places.list.size()));
     if (!is_new) return at->second;
     LinkPathMapping place = places.list[outer];
-    const Path path =
-        map_path(place, Path::from(ctx.scene.provenance[placement.provenance].prim_path));
+    const Path read = Path::from(ctx.scene.provenance[placement.provenance].prim_path);
+    const Path path = map_path(place, read);
+    place.inherited = visibility_at(ctx, places.list[outer], read);
     if (placement.what->is_point_prototype) {
         place.instancers.insert(place.instancers.begin(), path);
     } else {
@@ -285,6 +430,10 @@ uint32_t place_inside(Context& ctx, uint32_t outer, const Placement& placement) 
     }
     places.list.push_back(std::move(place));
     return at->second;
+}
+
+bool asks_for_places(const RenderedPrims& rendered) {
+    return rendered.pass && (rendered.pass->camera_visible || rendered.pass->mattes);
 }
 
 void link_all(Context& ctx) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "translate/context/instance_source.h"
+#include "translate/linking/ray_visibility.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -16,11 +17,13 @@ struct LinkPathMapping {
     /// What is below `read` stands below `placed`; empty: where it was read.
     usd::layer::Path read, placed;
     std::vector<usd::layer::Path> instancers;  ///< point instancers, the innermost first
+    VisibilityOpinion inherited;               ///< by what was placed there
 };
 
 /// State of this module: where everything stands.
 struct LinkPathMappings {
-    bool is_kept = false;  ///< some light is linked, see note_linking, or casters are wanted
+    /// Some light is linked, see note_linking, casters are wanted, or visibility is authored.
+    bool is_kept = false;
     /// The first is that of what is placed directly.
     std::vector<LinkPathMapping> list = std::vector<LinkPathMapping>(1);
     std::map<std::tuple<uint32_t, scene::ProvenanceId, const InstanceSource*>, uint32_t> known;
@@ -40,6 +43,9 @@ struct LinkPathMappings {
 /// that places of instances are kept. Returns it.
 bool note_linking(Context& ctx, Prim light);
 
+/// Whether a render pass tells geometry apart by where it stands.
+bool asks_for_places(const RenderedPrims& rendered);
+
 /// Where the prototype of a placement stands that itself stands at `outer`, index into
 /// LinkPathMappings::list; 0 when nothing is linked.
 uint32_t place_inside(Context& ctx, uint32_t outer, const Placement& placement);
@@ -50,8 +56,9 @@ std::vector<usd::layer::Path> places_of(const Context& ctx,
                                         uint32_t place,
                                         scene::ProvenanceId provenance);
 
-/// Evaluates the collections of all lights for all geometry that was placed: fills Scene::linking
-/// and what refers to it. Membership is by path; geometry of a native instance goes by its path
+/// Evaluates the collections of all lights, what is authored of visibility to rays, and the
+/// collections of a render pass, for all geometry that was placed: fills Scene::linking and what
+/// refers to it. Membership is by path; geometry of a native instance goes by its path
 /// below that instance, geometry of a point instancer by that of its prim and, where no rule covers
 /// that, by that of the instancer.
 void link_all(Context& ctx);
