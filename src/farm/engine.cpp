@@ -3,6 +3,7 @@
 
 #include "base/atomic_file.h"
 #include "base/frames.h"
+#include "base/markup.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -51,30 +52,6 @@ json openjd_action(const std::vector<std::string>& arguments) {
     return {{"actions", {{"onRun", action}}}};
 }
 
-std::string escaped(const std::string& text) {
-    std::string out;
-    for (const char c : text) {
-        switch (c) {
-            case '&':
-                out += "&amp;";
-                break;
-            case '<':
-                out += "&lt;";
-                break;
-            case '>':
-                out += "&gt;";
-                break;
-            case '"':
-                out += "&quot;";
-                break;
-            default:
-                // Control characters are not XML
-                out += static_cast<unsigned char>(c) < ' ' ? ' ' : c;
-        }
-    }
-    return out;
-}
-
 /// Of letters, digits and "_-.", as DTDs' NMTOKEN.
 std::string token(const std::string& name) {
     std::string text;
@@ -104,7 +81,7 @@ std::string opencue_layer(const std::string& name,
         "        <range>{}</range>\n        <chunk>{}</chunk>\n{}"
         "        <services>\n          <service>shell</service>\n        </services>\n"
         "      </layer>\n",
-        name, type, escaped(command), range, chunk,
+        name, type, escape_markup(command), range, chunk,
         threads > 0 ? fmt::format("        <cores>{}</cores>\n        "
                                   "<threadable>False</threadable>\n",
                                   threads)
@@ -168,7 +145,7 @@ std::string openjd_template(const Job& job, const std::vector<size_t>& pieces) {
 std::string opencue_job(const Job& job, const std::vector<size_t>& pieces) {
     const auto option = [&](const char* name, const char* otherwise) {
         const std::string value = engine_option(job, name);
-        return escaped(value.empty() ? otherwise : value);
+        return escape_markup(value.empty() ? otherwise : value);
     };
     const char* const user = std::getenv("USER");
     const int threads = number_option(job, "threads");
@@ -184,7 +161,7 @@ std::string opencue_job(const Job& job, const std::vector<size_t>& pieces) {
         "  <user>{}</user>\n  <job name=\"{}\">\n    <paused>False</paused>\n"
         "    <maxretries>{}</maxretries>\n    <autoeat>False</autoeat>\n    <layers>\n",
         option("facility", "local"), option("show", "velatura"), option("shot", "shot"),
-        escaped(user ? user : "velatura"), name, job.retries);
+        escape_markup(user ? user : "velatura"), name, job.retries);
     if (!pieces.empty())
         text += opencue_layer("render", "Render",
                               fmt::format("{} farm run {} {}", program, folder, which),

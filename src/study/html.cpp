@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "base/markup.h"
 #include "study/html_parts.h"
 #include "study/report_plots.h"
 #include "study/rows.h"
@@ -82,7 +83,7 @@ std::string total(const Report& r) {
         return fmt::format(
             "<div><span class=\"soft small\">{}</span><b>{}</b><span class=\"soft "
             "small\">{}</span></div>",
-            name, escaped(value), escaped(note));
+            name, escape_markup(value), escape_markup(note));
     };
     const SettingResult& base = r.settings[0];
     std::string html = "<div class=\"total\">";
@@ -121,8 +122,9 @@ std::string plots(const Report& r) {
         for (size_t i = 0; i < plot.curves.size(); ++i)
             key += fmt::format(
                 "<li><i style=\"background:var(--c{})\"></i>{} <span class=\"soft\">{}</span></li>",
-                plot.curves[i].color, escaped(plot.curves[i].label), escaped(plot.notes[i]));
-        html += fmt::format("<figure><h3>{}</h3>{}{}</ul></figure>", escaped(plot.title),
+                plot.curves[i].color, escape_markup(plot.curves[i].label),
+                escape_markup(plot.notes[i]));
+        html += fmt::format("<figure><h3>{}</h3>{}{}</ul></figure>", escape_markup(plot.title),
                             to_svg(plot.drawing(), "error against time, " + plot.title), key);
     }
     return html.empty() ? html
@@ -148,8 +150,9 @@ std::string all_settings(const Report& r) {
         html +=
             "<tr>" + cell(names[0], s.setting.knob.empty() ? "as it is" : s.setting.options, "");
         if (s.rounds < 2) {
-            html += fmt::format("<td colspan=\"6\" class=\"soft\">{}</td></tr>",
-                                escaped(s.rejection.empty() ? "not enough rounds" : s.rejection));
+            html +=
+                fmt::format("<td colspan=\"6\" class=\"soft\">{}</td></tr>",
+                            escape_markup(s.rejection.empty() ? "not enough rounds" : s.rejection));
             continue;
         }
         const std::string bias = bias_text(r, s);
@@ -193,12 +196,12 @@ std::string to_html(const Report& r) {
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
         "content=\"width=device-width, initial-scale=1\"><link rel=\"icon\" href=\"data:,\">";
     html += fmt::format("<title>What accuracy costs: {}</title><style>{}</style></head><body>",
-                        escaped(s.scene), style);
+                        escape_markup(s.scene), style);
     html += fmt::format(
         "<h1>What accuracy costs: {}</h1><p class=\"soft\">{} × {} pixels, {} samples per pixel, "
         "{} threads, {}, build {}, seed {}, {}</p>",
-        escaped(s.scene), s.width, s.height, s.spp, s.threads, escaped(s.machine), escaped(s.build),
-        s.seed, escaped(s.date));
+        escape_markup(s.scene), s.width, s.height, s.spp, s.threads, escape_markup(s.machine),
+        escape_markup(s.build), s.seed, escape_markup(s.date));
     html += total(r) + knob_table(r);
     html += plots(r) + images_section(r) + layers_section(r) + time_section(r) + maps_section(r) +
             files_section(r) + all_settings(r) + notes(r);

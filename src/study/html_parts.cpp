@@ -2,6 +2,7 @@
 #include "study/html_parts.h"
 
 #include "base/base64.h"
+#include "base/markup.h"
 #include "study/plots.h"
 #include "study/png.h"
 #include "study/rows.h"
@@ -75,7 +76,7 @@ std::string effect_table(const Report& r) {
 std::string cell(const char* name, const std::string& content, const char* kind) {
     // Lists are broken between their members, not within
     std::string html;
-    for (const char c : escaped(content)) {
+    for (const char c : escape_markup(content)) {
         html += c;
         if (c == ',') html += "<wbr>";
     }
@@ -104,15 +105,15 @@ std::string image_tag(const std::string& name,
                       const std::vector<float>& rgb) {
     return fmt::format(
         "<img alt=\"{}\" width=\"{}\" height=\"{}\" src=\"data:image/png;base64,{}\">",
-        escaped(name), width, height, to_base64(to_png(width, height, rgb)));
+        escape_markup(name), width, height, to_base64(to_png(width, height, rgb)));
 }
 
 std::string images_section(const Report& r) {
     std::string html;
     for (const ShownImage& i : r.images)
         html += fmt::format("<figure><h3>{}</h3>{}<figcaption>{}</figcaption></figure>",
-                            escaped(i.name), image_tag(i.name, i.width, i.height, i.rgb),
-                            escaped(i.caption));
+                            escape_markup(i.name), image_tag(i.name, i.width, i.height, i.rgb),
+                            escape_markup(i.caption));
     if (html.empty()) return html;
     return "<h2>At equal render time</h2><p class=\"soft\">The noisiest part of the image, "
            "rendered with each of the top settings of the table at equal render time.</p><div "
@@ -156,9 +157,9 @@ std::string time_section(const Report& r) {
 std::string maps_section(const Report& r) {
     std::string html;
     for (const StudyMap& m : r.maps) {
-        html += fmt::format("<figure><h3>{}</h3>{}<figcaption>{}</figcaption></figure>",
-                            escaped(m.name), image_tag(m.name, r.grid.width, r.grid.height, m.rgb),
-                            escaped(m.caption));
+        html += fmt::format(
+            "<figure><h3>{}</h3>{}<figcaption>{}</figcaption></figure>", escape_markup(m.name),
+            image_tag(m.name, r.grid.width, r.grid.height, m.rgb), escape_markup(m.caption));
     }
     if (html.empty()) return html;
     return fmt::format(

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study/plots.h"
 
+#include "base/markup.h"
 #include "study/rows.h"
 
 #include <fmt/format.h>
@@ -110,7 +111,7 @@ PlotDrawing log_plot(const std::vector<PlotCurve>& curves) {
 std::string to_svg(const PlotDrawing& drawing, const std::string& title) {
     static constexpr const char* anchors[] = {"start", "middle", "end"};
     std::string svg = fmt::format("<svg viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">",
-                                  drawing.width, drawing.height, escaped(title));
+                                  drawing.width, drawing.height, escape_markup(title));
     for (const PlotDrawing::Line& l : drawing.lines) {
         std::string path;
         for (const auto& [x, y] : l.points)
@@ -122,39 +123,16 @@ std::string to_svg(const PlotDrawing& drawing, const std::string& title) {
         svg += fmt::format(
             "<circle style=\"fill:{}\" cx=\"{:.1f}\" cy=\"{:.1f}\" "
             "r=\"{}\"><title>{}</title></circle>",
-            color_of(d.color), d.x, d.y, d.radius, escaped(d.hint));
+            color_of(d.color), d.x, d.y, d.radius, escape_markup(d.hint));
     for (const PlotDrawing::Text& t : drawing.texts) {
         const std::string place =
             t.is_upright
                 ? fmt::format("transform=\"translate({:.1f} {:.1f}) rotate(-90)\"", t.x, t.y)
                 : fmt::format("x=\"{:.1f}\" y=\"{:.1f}\"", t.x, t.y);
         svg += fmt::format("<text {} text-anchor=\"{}\">{}</text>", place, anchors[int(t.anchor)],
-                           escaped(t.content));
+                           escape_markup(t.content));
     }
     return svg + "</svg>";
-}
-
-std::string escaped(const std::string& text) {
-    std::string out;
-    for (const char c : text) {
-        switch (c) {
-            case '&':
-                out += "&amp;";
-                break;
-            case '<':
-                out += "&lt;";
-                break;
-            case '>':
-                out += "&gt;";
-                break;
-            case '"':
-                out += "&quot;";
-                break;
-            default:
-                out += c;
-        }
-    }
-    return out;
 }
 
 }  // namespace velatura::study

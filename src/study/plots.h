@@ -60,7 +60,4 @@ PlotDrawing log_plot(const std::vector<PlotCurve>& curves);
 /// To stand in a page; its colors are the page's variables --c0 … --c6, --grid and --soft.
 std::string to_svg(const PlotDrawing& drawing, const std::string& title);
 
-/// Text that can stand between tags or in an attribute.
-std::string escaped(const std::string& text);
-
 }  // namespace velatura::study
