@@ -123,7 +123,7 @@ void PathTracer::follow_through(Path& path, film::SampleRadiance& out) const {
             break;
         }
         if (has_insides && is_matte(path, point)) {
-            end = "met a matte object";
+            end = "hit a matte object";
             break;
         }
 

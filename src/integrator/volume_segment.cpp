@@ -81,7 +81,7 @@ VolumeSegment::End VolumeSegment::cross(Path& path,
     const scene::Volume& volume = world_.scene.volumes[flight.medium->volume()];
     if (world_.mattes && path.kind == scene::RayKind::Camera && world_.mattes->holds(volume.link)) {
         scene::count_call(scene::Effect::Mattes);
-        why = "met a matte object";
+        why = "hit a matte object";
         return End::Ended;
     }
     why = scatter(

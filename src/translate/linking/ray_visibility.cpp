@@ -111,7 +111,7 @@ std::optional<RayKinds> read_karma_mask(Context& ctx, const Attribute& attribute
         const std::optional<RayKinds> kinds = karma_kinds(word);
         if (!kinds) {
             ctx.warn("bad-visibility", attribute,
-                     fmt::format("'{}' of {} is no kind of rays (primary, shadow, diffuse, "
+                     fmt::format("'{}' of {} is not a kind of rays (primary, shadow, diffuse, "
                                  "reflect, refract, *); the mask is ignored",
                                  word, attribute.name().str()));
             return std::nullopt;
