@@ -162,12 +162,15 @@ int prepare_all(const RenderArguments& arguments, const FrameFunction& use) {
     // One file, or one sample, is of one view
     const bool has_one_view = !arguments.output.empty() || !arguments.replay.empty();
     for (const double frame : frames) {
-        std::optional<size_t> product = 0;
-        while (product) {
+        size_t product = 0;
+        bool has_more = true;
+        while (has_more) {
             const Result<PreparedFrame> ready =
-                prepare_frame(*job, *loaded, frame, frames.size() > 1, diagnostics, *product);
-            product.reset();
-            if (ready && !has_one_view) product = next_view(ready->scene->settings);
+                prepare_frame(*job, *loaded, frame, frames.size() > 1, diagnostics, product);
+            const std::optional<size_t> next =
+                ready && !has_one_view ? next_view(ready->scene->settings) : std::nullopt;
+            has_more = next.has_value();
+            product = next.value_or(0);
             const int code = ready ? use(*job, ready->input, diagnostics)
                                    : fail(ready.error(), exit_code_of(ready.error()));
             if (code == UsageError || code >= SignalBase) return code;

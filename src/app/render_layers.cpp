@@ -153,8 +153,7 @@ class LayerChoice {
         }
         const std::optional<NumberType> type = number_type(var.data_type);
         if (!var.data_type.empty() && !type)
-            add_note(note,
-                     fmt::format("dataType {} holds no numbers; it is ignored", var.data_type));
+            add_note(note, fmt::format("dataType {} has no numbers; it is ignored", var.data_type));
         if (is_primvar) {
             add_note(note, add_primvar(var.name, source, filter, var.data_type, scene));
             return note;

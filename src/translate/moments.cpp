@@ -237,7 +237,7 @@ void report_lost(std::vector<std::string> lost, scene::Scene& scene, Diagnostics
                      [&](const scene::Provenance& p) { return p.prim_path == lost.front(); });
     diagnostics.warn(
         "motion-vectors", where != scene.provenance.end() ? where->loc : SourceLoc{}, lost.front(),
-        fmt::format("{} prims, this one the first, have another topology, or are not there, at "
+        fmt::format("{} prims, this one the first, have another topology, or are missing, at "
                     "the other end of their motion vectors; they get those of the camera alone",
                     lost.size()));
 }

@@ -60,9 +60,8 @@ def Xform "W"
 def RenderSettings "R"
 {
     int2 resolution = (48, 32)
-    rel products = </P>
-}
-)usda") + render;
+    )usda") +
+           (render.empty() ? "" : "rel products = </P>") + "\n}\n" + render;
 }
 
 std::string product(const std::string& vars, const std::string& prims) {
@@ -246,8 +245,8 @@ TEST_F(DataLayers, UnknownOnesAreQuotedWithWhatThereIs) {
     expect_said("no geometry has a primvar \"rest\" of numbers; primvars of the scene: Pref");
     expect_said("no geometry has a primvar \"note\" of numbers");
     expect_said("filter \"median\" is not supported");
-    expect_said("dataType string holds no numbers");
-    expect_said("[/V1]");
+    expect_said("dataType string has no numbers");
+    expect_said("at </V1>");
     EXPECT_EQ(image.find("V1"), nullptr);
     EXPECT_NE(image.find("V4.X"), nullptr);
 

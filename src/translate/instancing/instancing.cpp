@@ -152,7 +152,7 @@ void read_point_instancer(
     const InstancerArrays in = read_arrays(ctx, prim);
     const size_t n = in.prototype_indices.size();
     const InstancerPlaces places(ctx, prim, n);
-    const InstanceRows rows = places.at(ctx.frame);
+    const InstanceRows rows = places.at(ctx.time);
     if (rows.positions.empty() && n > 0)
         ctx.warn("bad-instancer", prim,
                  fmt::format("{}; all instances are at the origin",
