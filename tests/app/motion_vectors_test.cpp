@@ -301,7 +301,7 @@ TEST_F(MotionVectors, DoNotDependOnMotionBlur) {
     const std::string prims =
         square(moves) + "    def Sphere \"Ball\"\n    {\n        double radius = 0.5\n        " +
         moves + "\n    }\n";
-    for (const std::string extra : {shutter, std::string()}) {
+    for (const std::string& extra : {shutter, std::string()}) {
         const image::Image image =
             render(stage(prims, extra, false), "--frames 1 --layers data,motion,shutterMotion");
         const double share = extra.empty() ? 0 : 0.5;
