@@ -496,8 +496,7 @@ def Scope "Render"
     EXPECT_NE(r.output.find("</Render/Bad>"), std::string::npos) << r.output;
     EXPECT_NE(r.output.find("column 8: expected > to close the event"), std::string::npos)
         << r.output;
-    EXPECT_NE(r.output.find("render var Odd: sourceType primvar is not supported"),
-              std::string::npos)
+    EXPECT_NE(r.output.find("render var Odd: no geometry has a primvar \"odd\""), std::string::npos)
         << r.output;
     EXPECT_EQ(
         w.velatura("render s.usda --strict --res 8 4 --spp 1 --progress none -o b.exr").exit_code,
