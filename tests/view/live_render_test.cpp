@@ -220,7 +220,7 @@ TEST_F(LiveRenderTest, AFileThatChangesIsReadAgain) {
     // The same bytes again: nothing is rendered
     w_.write("scene.usda", scene_with_radius("0.45"));
     wait_for_message("read again: nothing");
-    EXPECT_EQ(render.status().phase, Phase::Finished);
+    wait_for(render, Phase::Finished);
 }
 
 /// A file that is written states what its own image lacks.
