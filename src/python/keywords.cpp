@@ -33,7 +33,8 @@ constexpr std::array command_only = {
 constexpr std::string_view reserved = "pass";
 
 std::string dashed(std::string name) {
-    if (name.ends_with('_')) name.pop_back();
+    if (name.ends_with('_') && name.starts_with(reserved) && name.size() == reserved.size() + 1)
+        name.pop_back();
     std::replace(name.begin(), name.end(), '_', '-');
     return name;
 }

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import gc
 import json
+import keyword
 import os
 import re
 import signal
@@ -142,7 +143,7 @@ WITH = {"cryptomatte_levels": {"cryptomatte": "object"}, "deep_samples": {"deep"
 
 def test_every_option_of_the_command_is_known(command):
     text = command("velatura", "render", "--help-all")
-    options = {name.replace("-", "_") for name in re.findall(r"^ +(?:-\w, )?--([\w-]+)", text, re.MULTILINE)}
+    options = {name.replace("-", "_") + "_" * keyword.iskeyword(name) for name in re.findall(r"^ +(?:-\w, )?--([\w-]+)", text, re.MULTILINE)}
     commands_alone = {"help", "help_all", "progress", "quiet", "verbose", "replay", "memory_limit", "overwrite_input"}
     assert set(velatura.render_options()) == options - commands_alone
     assert set(VALUES) == set(velatura.render_options())
