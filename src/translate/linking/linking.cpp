@@ -90,7 +90,7 @@ class Linker {
   private:
     static constexpr uint32_t everything = scene::none;
 
-    /// What is told apart of geometry.
+    /// Geometry with the same traits is one class.
     struct Traits {
         std::vector<bool> members;  ///< [query]
         scene::RayKinds visible = scene::RayKinds::all();
