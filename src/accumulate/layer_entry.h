@@ -14,8 +14,7 @@ struct LayerEntry {
     std::string lpe;     ///< light path expression; empty for data
     std::string bounce;  ///< `b2`, `tail`; empty = all
     std::string group;   ///< empty = all
-    std::string
-        caster;      ///< for layers by caster: its name, `rest` for what nobody with a name took
+    std::string caster;  ///< for layers by caster: its name, `rest` for all casters without one
     std::string of;  ///< for half images: the layer it is half of; for clamps: the layer they cut
     std::string source, filter;  ///< of named data layers, as DataLayer
     std::string type;            ///< half, float, uint, mixed

@@ -1,19 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "accumulate/matte_sums.h"
 
-#include "accumulate/sample_sums.h"
-
 #include <algorithm>
 #include <cmath>
 #include <tuple>
 
 namespace velatura::accumulate {
 
-namespace {
-
-constexpr int tile_size = SampleSums::tile_size;
-
-}  // namespace
+namespace {}  // namespace
 
 int64_t matte_weight(double weight) {
     return std::llround(weight / MatteWeight::unit);
@@ -33,22 +27,12 @@ void join_matte_weights(std::vector<MatteWeight>& list) {
     list.resize(used);
 }
 
-MatteSums::MatteSums(const image::Window& window) : window_(window) {
-    tiles_x_ = (window.width() + tile_size - 1) / tile_size;
-    const int tiles_y = (window.height() + tile_size - 1) / tile_size;
-    tiles_.resize(size_t(tiles_x_) * size_t(tiles_y));
-}
-
-size_t MatteSums::tile_of(int x, int y, uint16_t& pixel) const {
-    const int px = x - window_.x0, py = y - window_.y0;
-    pixel = uint16_t(py % tile_size * tile_size + px % tile_size);
-    return size_t(py / tile_size) * size_t(tiles_x_) + size_t(px / tile_size);
-}
+MatteSums::MatteSums(const image::Window& window) : grid_(window), tiles_(grid_.count()) {}
 
 void MatteSums::add(int x, int y, std::span<const MatteWeight> list) {
     if (list.empty()) return;
-    uint16_t pixel = 0;
-    std::vector<Entry>& tile = tiles_[tile_of(x, y, pixel)];
+    const auto pixel = uint16_t(grid_.pixel_of(x, y));
+    std::vector<Entry>& tile = tiles_[grid_.tile_of(x, y)];
     const auto comes_before = [](const Entry& e, uint16_t p) { return e.pixel < p; };
     const auto begin = std::lower_bound(tile.begin(), tile.end(), pixel, comes_before);
     const auto end =
@@ -70,14 +54,14 @@ void MatteSums::add(int x, int y, std::span<const MatteWeight> list) {
 }
 
 void MatteSums::add(const MatteSums& other) {
-    for (int y = window_.y0; y < window_.y1; ++y) {
-        for (int x = window_.x0; x < window_.x1; ++x) add(x, y, other.at(x, y));
+    for (int y = grid_.window.y0; y < grid_.window.y1; ++y) {
+        for (int x = grid_.window.x0; x < grid_.window.x1; ++x) add(x, y, other.at(x, y));
     }
 }
 
 std::vector<MatteWeight> MatteSums::at(int x, int y) const {
-    uint16_t pixel = 0;
-    const std::vector<Entry>& tile = tiles_[tile_of(x, y, pixel)];
+    const auto pixel = uint16_t(grid_.pixel_of(x, y));
+    const std::vector<Entry>& tile = tiles_[grid_.tile_of(x, y)];
     std::vector<MatteWeight> list;
     auto e = std::lower_bound(tile.begin(), tile.end(), pixel,
                               [](const Entry& a, uint16_t p) { return a.pixel < p; });

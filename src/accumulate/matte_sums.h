@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "accumulate/tile_grid.h"
 #include "image/window.h"
 
 #include <cstdint>
@@ -66,10 +67,7 @@ class MatteSums {
 
     static_assert(sizeof(Entry) == 16);
 
-    size_t tile_of(int x, int y, uint16_t& pixel) const;
-
-    image::Window window_;
-    int tiles_x_ = 0;
+    TileGrid grid_;
     std::vector<std::vector<Entry>> tiles_;  ///< each by pixel, kind and id
 };
 

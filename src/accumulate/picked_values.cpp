@@ -1,19 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "accumulate/picked_values.h"
 
-#include "accumulate/sample_sums.h"
-
 #include <algorithm>
 #include <tuple>
 #include <utility>
 
 namespace velatura::accumulate {
-
-namespace {
-
-constexpr int tile_size = SampleSums::tile_size;
-
-}  // namespace
 
 void pick(DataFilter filter, PickedValue& kept, const PickedValue& other) {
     if (!other.is_there) return;
@@ -36,37 +28,25 @@ void pick(DataFilter filter, PickedValue& kept, const PickedValue& other) {
 }
 
 PickedValues::PickedValues(const image::Window& window, std::vector<DataFilter> filters)
-    : window_(window), filters_(std::move(filters)) {
-    tiles_x_ = (window.width() + tile_size - 1) / tile_size;
-    const int tiles_y = (window.height() + tile_size - 1) / tile_size;
-    tiles_.resize(size_t(tiles_x_) * size_t(tiles_y));
-}
-
-size_t PickedValues::tile_of(int x, int y, size_t& pixel) const {
-    const int px = x - window_.x0, py = y - window_.y0;
-    pixel = size_t(py % tile_size * tile_size + px % tile_size);
-    return size_t(py / tile_size) * size_t(tiles_x_) + size_t(px / tile_size);
-}
+    : grid_(window), filters_(std::move(filters)), tiles_(grid_.count()) {}
 
 void PickedValues::add(int x, int y, size_t layer, const PickedValue& value) {
     if (!value.is_there) return;
-    size_t pixel = 0;
-    std::vector<PickedValue>& tile = tiles_[tile_of(x, y, pixel)];
-    if (tile.empty()) tile.resize(size_t(tile_size) * size_t(tile_size) * filters_.size());
-    pick(filters_[layer], tile[pixel * filters_.size() + layer], value);
+    std::vector<PickedValue>& tile = tiles_[grid_.tile_of(x, y)];
+    if (tile.empty()) tile.resize(TileGrid::pixels * filters_.size());
+    pick(filters_[layer], tile[grid_.pixel_of(x, y) * filters_.size() + layer], value);
 }
 
 void PickedValues::add(const PickedValues& other) {
-    for (int y = window_.y0; y < window_.y1; ++y)
-        for (int x = window_.x0; x < window_.x1; ++x)
+    for (int y = grid_.window.y0; y < grid_.window.y1; ++y)
+        for (int x = grid_.window.x0; x < grid_.window.x1; ++x)
             for (size_t layer = 0; layer < filters_.size(); ++layer)
                 add(x, y, layer, other.at(x, y, layer));
 }
 
 PickedValue PickedValues::at(int x, int y, size_t layer) const {
-    size_t pixel = 0;
-    const std::vector<PickedValue>& tile = tiles_[tile_of(x, y, pixel)];
-    return tile.empty() ? PickedValue{} : tile[pixel * filters_.size() + layer];
+    const std::vector<PickedValue>& tile = tiles_[grid_.tile_of(x, y)];
+    return tile.empty() ? PickedValue{} : tile[grid_.pixel_of(x, y) * filters_.size() + layer];
 }
 
 size_t PickedValues::memory_bytes() const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "accumulate/data_layer.h"
+#include "accumulate/tile_grid.h"
 #include "image/window.h"
 
 #include <array>
@@ -46,11 +47,8 @@ class PickedValues {
     }
 
   private:
-    size_t tile_of(int x, int y, size_t& pixel) const;
-
-    image::Window window_;
+    TileGrid grid_;
     std::vector<DataFilter> filters_;
-    int tiles_x_ = 0;
     std::vector<std::vector<PickedValue>> tiles_;  ///< [tile][pixel][layer]; empty: nothing yet
 };
 

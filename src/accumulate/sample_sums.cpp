@@ -215,12 +215,10 @@ struct SampleSums::Joining {
 };
 
 SampleSums::SampleSums(const image::Window& window, const LayerSet& set, uint64_t final_end)
-    : window_(window), set_(set), table_(set), final_end_(final_end) {
+    : grid_(window), set_(set), table_(set), final_end_(final_end) {
     VELATURA_CHECK(!window.is_empty(), "a film needs pixels");
     VELATURA_CHECK(!set.groups.empty(), "a film needs a light group");
-    tiles_x_ = (window.width() + tile_size - 1) / tile_size;
-    const int tiles_y = (window.height() + tile_size - 1) / tile_size;
-    tiles_.resize(size_t(tiles_x_) * size_t(tiles_y));
+    tiles_.resize(grid_.count());
     if (set.has_mattes()) mattes_ = std::make_unique<MatteSums>(window);
     if (std::vector<DataFilter> filters = set.picking_filters(); !filters.empty())
         picks_ = std::make_unique<PickedValues>(window, std::move(filters));
@@ -231,15 +229,13 @@ SampleSums::SampleSums(SampleSums&&) noexcept = default;
 SampleSums& SampleSums::operator=(SampleSums&&) noexcept = default;
 
 const SampleSums::Tile* SampleSums::tile_at(int x, int y, size_t& pixel) const {
-    VELATURA_DCHECK(window_.contains(x, y), "pixel outside the data window");
-    const int tx = (x - window_.x0) / tile_size, ty = (y - window_.y0) / tile_size;
-    pixel = size_t((y - window_.y0) % tile_size) * tile_size + size_t((x - window_.x0) % tile_size);
-    return tiles_[size_t(ty) * size_t(tiles_x_) + size_t(tx)].get();
+    VELATURA_DCHECK(grid_.window.contains(x, y), "pixel outside the data window");
+    pixel = grid_.pixel_of(x, y);
+    return tiles_[grid_.tile_of(x, y)].get();
 }
 
 SampleSums::Tile& SampleSums::make_tile_at(int x, int y) {
-    const int tx = (x - window_.x0) / tile_size, ty = (y - window_.y0) / tile_size;
-    auto& tile = tiles_[size_t(ty) * size_t(tiles_x_) + size_t(tx)];
+    auto& tile = tiles_[grid_.tile_of(x, y)];
     if (!tile) tile = std::make_unique<Tile>();
     return *tile;
 }
@@ -368,12 +364,12 @@ void SampleSums::set_rate(int x, int y, uint8_t rate) {
 }
 
 void SampleSums::append(const SampleSums& later) {
-    VELATURA_CHECK(later.final_end_ == 0 && later.window_ == window_,
+    VELATURA_CHECK(later.final_end_ == 0 && later.grid_.window == grid_.window,
                    "sums that do not fit together");
     const std::vector<uint32_t> used = later.used_accumulators();
     std::vector<NodeSums> sums;
-    for (int y = window_.y0; y < window_.y1; ++y) {
-        for (int x = window_.x0; x < window_.x1; ++x) {
+    for (int y = grid_.window.y0; y < grid_.window.y1; ++y) {
+        for (int x = grid_.window.x0; x < grid_.window.x1; ++x) {
             const size_t nodes = later.nodes_of(x, y).size();
             sums.clear();
             for (const uint32_t accumulator : used) {
@@ -423,9 +419,7 @@ bool SampleSums::tile_totals(size_t tile_index, uint32_t accumulator, TileTotals
 }
 
 image::Window SampleSums::tile_window(size_t tile_index) const {
-    const int x = window_.x0 + int(tile_index % size_t(tiles_x_)) * tile_size;
-    const int y = window_.y0 + int(tile_index / size_t(tiles_x_)) * tile_size;
-    return {x, y, std::min(x + tile_size, window_.x1), std::min(y + tile_size, window_.y1)};
+    return grid_.window_of(tile_index);
 }
 
 bool SampleSums::is_used(uint32_t accumulator) const {
@@ -450,7 +444,6 @@ std::vector<uint32_t> SampleSums::used_accumulators() const {
 }
 
 size_t SampleSums::expected_bytes(const image::Window& window, const LayerSet& set) {
-    const auto tiles_of = [](int pixels) { return size_t((pixels + tile_size - 1) / tile_size); };
     const AccumulatorTable table(set);
     const bool has_half = set.halves;
     // Beauty and coverage always come in halves
@@ -458,8 +451,7 @@ size_t SampleSums::expected_bytes(const image::Window& window, const LayerSet& s
                                    : size_t(table.count()) + AccumulatorTable::coverage + 1;
     const size_t per_plane = sizeof(Plane) + sizeof(TileTotals);
     const auto mattes = size_t(std::count(set.mattes.begin(), set.mattes.end(), true));
-    return tiles_of(window.width()) * tiles_of(window.height()) *
-               (sizeof(Tile) + planes * per_plane) +
+    return TileGrid(window).count() * (sizeof(Tile) + planes * per_plane) +
            mattes * MatteSums::expected_bytes(window) +
            PickedValues::expected_bytes(window, set.picking_filters().size());
 }

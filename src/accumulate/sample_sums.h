@@ -3,6 +3,7 @@
 
 #include "accumulate/dyadic_sum.h"
 #include "accumulate/layer_set.h"
+#include "accumulate/tile_grid.h"
 #include "image/window.h"
 
 #include <array>
@@ -45,8 +46,8 @@ struct NodeSums {
 /// different threads at the same time.
 class SampleSums {
   public:
-    static constexpr int tile_size = 16;
-    static_assert(size_t(tile_size) * size_t(tile_size) == std::tuple_size_v<TileTotals>);
+    static constexpr int tile_size = TileGrid::size;
+    static_assert(TileGrid::pixels == std::tuple_size_v<TileTotals>);
 
     /// `final_end`: no sample of this index or above will ever come; lets finished nodes be folded
     /// early, which saves memory and changes no bit of the result. 0 = unknown (needed when the
@@ -56,7 +57,7 @@ class SampleSums {
     SampleSums(SampleSums&&) noexcept;
     SampleSums& operator=(SampleSums&&) noexcept;
 
-    const image::Window& window() const { return window_; }
+    const image::Window& window() const { return grid_.window; }
 
     const LayerSet& layer_set() const { return set_; }
 
@@ -137,11 +138,10 @@ class SampleSums {
     const Tile* tile_at(int x, int y, size_t& pixel) const;
     Tile& make_tile_at(int x, int y);
 
-    image::Window window_;
+    TileGrid grid_;
     LayerSet set_;
     AccumulatorTable table_;
     uint64_t final_end_ = 0;
-    int tiles_x_ = 0;
     std::vector<std::unique_ptr<Tile>> tiles_;
     std::unique_ptr<MatteSums> mattes_;
     std::unique_ptr<PickedValues> picks_;
