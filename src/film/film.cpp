@@ -33,10 +33,6 @@ bool comes_before(const BadSample& a, const BadSample& b) {
 BadSampleReason fault_of(const SampleRadiance& s) {
     if (const BadSampleReason bad = s.bad_reason(); bad != BadSampleReason::None) return bad;
     if (!std::isfinite(s.weight) || !std::isfinite(s.alpha)) return BadSampleReason::Other;
-    for (const accumulate::PickedValue& value : s.data)
-        if (value.is_there &&
-            !std::ranges::all_of(value.values, [](float v) { return std::isfinite(v); }))
-            return BadSampleReason::Other;
     if (!s.has_hit) return BadSampleReason::None;
     const bool is_fine = is_finite(s.albedo) && is_finite(s.N) && is_finite(s.P) &&
                          std::isfinite(s.Z) && std::isfinite(s.st.x) && std::isfinite(s.st.y);
@@ -140,11 +136,16 @@ void PixelAccumulator::add_named_data(const SampleRadiance& s) {
     for (size_t i = 0; i < named_data_.size(); ++i) {
         const accumulate::DataLayer& layer = named_data_[i];
         const accumulate::PickedValue& value = s.data[i];
+        const size_t pick = picked;
+        picked += size_t(!layer.is_summed());
+        // A primvar of the scene is no reason to do without the sample's light
+        const bool is_sound =
+            std::ranges::all_of(value.values, [](float v) { return std::isfinite(v); });
+        if (!value.is_there || !is_sound) continue;
         if (!layer.is_summed()) {
-            accumulate::pick(layer.filter, picks_[picked++], value);
+            accumulate::pick(layer.filter, picks_[pick], value);
             continue;
         }
-        if (!value.is_there) continue;
         const auto v = [&](size_t k) { return double(value.values[k]); };
         const uint32_t first = table_.named_data(i);
         deposit(first, w, {v(0), v(1), v(2)});

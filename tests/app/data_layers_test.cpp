@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Data layers that options and render vars name: each is an affine function of another one, or of
 // what its filter keeps.
-#include "command.h"
 #include "image/exr.h"
+#include "rendered_image.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -82,15 +82,7 @@ class DataLayers : public testing::Test {
             w.velatura("render s.usda --progress none --bounces 0 -o " + file + " " + arguments);
         EXPECT_EQ(r.exit_code, 0) << r.output;
         output = r.output;
-        Result<image::Image> image = image::read_exr(w.path(file));
-        if (!image) throw std::runtime_error(image.error().message);
-        return std::move(*image);
-    }
-
-    static double value(const image::Image& image, const std::string& channel, size_t i) {
-        const image::Channel* c = image.find(channel);
-        if (!c) throw std::runtime_error("no channel " + channel);
-        return double(c->value(i));
+        return read_image(w, file);
     }
 
     void expect_said(const std::string& text) const {
@@ -269,6 +261,24 @@ TEST_F(DataLayers, CostNothingWhereNobodyNamesThem) {
     EXPECT_EQ(none.output.find("Neye"), std::string::npos) << none.output;
     const CommandResult one = w.velatura("plan s.usda --layers bounce,Neye -v");
     EXPECT_NE(one.output.find("Neye"), std::string::npos) << one.output;
+}
+
+// A number of the scene that is none takes nothing from the beauty, and no pixel has it
+TEST_F(DataLayers, OfNumbersThatAreNoneLeaveTheBeauty) {
+    std::string scene = room();
+    const std::string was = "float primvars:wet = 0.75";
+    scene.replace(scene.find(was), was.size(), "float primvars:wet = inf");
+    const image::Image with =
+        render(scene, "--spp 4 --layers bounce,data,primvar:wet,most=primvar:wet:max");
+    const image::Image without = render(scene, "--spp 4 --layers bounce,data", "plain.exr");
+    for (size_t i = 0; i < with.data.pixel_count(); ++i) {
+        for (const char* const channel : {"R", "G", "B", "A", "invalid"})
+            ASSERT_EQ(value(with, channel, i), value(without, channel, i)) << channel << " " << i;
+        for (const char* const channel : {"wet", "most"})
+            if (with.find(channel)) {
+                ASSERT_EQ(value(with, channel, i), 0.0) << channel << " " << i;
+            }
+    }
 }
 
 }  // namespace velatura::test

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Motion vectors against points that are projected in closed form. With one sample per pixel the
 // layer P holds the very point whose vector the pixel has.
-#include "command.h"
 #include "image/exr.h"
+#include "rendered_image.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -194,15 +194,7 @@ class MotionVectors : public testing::Test {
                         width, height, arguments));
         EXPECT_EQ(r.exit_code, 0) << r.output;
         output = r.output;
-        Result<image::Image> image = image::read_exr(w.path("out.exr"));
-        if (!image) throw std::runtime_error(image.error().message);
-        return std::move(*image);
-    }
-
-    static double value(const image::Image& image, const std::string& channel, size_t i) {
-        const image::Channel* c = image.find(channel);
-        if (!c) throw std::runtime_error("no channel " + channel);
-        return double(c->value(i));
+        return read_image(w, "out.exr");
     }
 
     /// Largest difference [pixels] of a layer from what the points do; pixels of the surface.
