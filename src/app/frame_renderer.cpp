@@ -26,15 +26,14 @@ int FrameRenderer::make(const RenderJob& job,
                           "the crop or data window contains no pixel center");
         return UsageError;
     }
-    std::optional<OutputLock> lock;
+    std::vector<OutputLock> locks;
     FrameFacts facts;
     Continuation from;
     RenderJob wanted = job;
     if (!job.replay) {
         const bool has_output = !input.output.empty();
         if (has_output) {
-            if (const int code = take_output(input.output, lock, diagnostics); code != Done)
-                return code;
+            if (const int code = take_outputs(input, locks, diagnostics); code != Done) return code;
         }
         facts.files = scene_files(input.scene);
         facts.settings = frame_settings(job, input, facts.files);
@@ -49,7 +48,7 @@ int FrameRenderer::make(const RenderJob& job,
         }
         if (const auto end = from.end_sample(job)) wanted.settings.schedule.end_sample = *end;
     }
-    renderer.reset(new FrameRenderer(wanted, input, control, std::move(lock), std::move(facts),
+    renderer.reset(new FrameRenderer(wanted, input, control, std::move(locks), std::move(facts),
                                      std::move(from), diagnostics));
     return Done;
 }
@@ -57,7 +56,7 @@ int FrameRenderer::make(const RenderJob& job,
 FrameRenderer::FrameRenderer(const RenderJob& job,
                              const FrameInput& input,
                              const FrameControl& control,
-                             std::optional<OutputLock> lock,
+                             std::vector<OutputLock> locks,
                              FrameFacts facts,
                              Continuation from,
                              Diagnostics& diagnostics)
@@ -65,7 +64,7 @@ FrameRenderer::FrameRenderer(const RenderJob& job,
       input_(input),
       control_(control),
       diagnostics_(diagnostics),
-      lock_(std::move(lock)),
+      locks_(std::move(locks)),
       from_(std::move(from)),
       facts_(std::move(facts)),
       renderer_(input.scene, from_.applied_to(render_settings(job, input))),
@@ -216,7 +215,7 @@ bool FrameRenderer::write_files(int& code) {
         print_summary(job_, input_.output, *written, unread_textures(renderer_.world()), noise_,
                       result_);
     if (!write_others()) return false;
-    lock_.reset();
+    locks_.clear();
     return true;
 }
 

@@ -86,7 +86,7 @@ class FrameRenderer {
     FrameRenderer(const RenderJob& job,
                   const FrameInput& input,
                   const FrameControl& control,
-                  std::optional<OutputLock> lock,
+                  std::vector<OutputLock> locks,
                   FrameFacts facts,
                   Continuation from,
                   Diagnostics& diagnostics);
@@ -104,7 +104,7 @@ class FrameRenderer {
     const FrameInput& input_;
     FrameControl control_;
     Diagnostics& diagnostics_;
-    std::optional<OutputLock> lock_;
+    std::vector<OutputLock> locks_;
     Continuation from_;  ///< its sums move into the film
     FrameFacts facts_;
     render::Renderer renderer_;

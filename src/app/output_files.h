@@ -6,14 +6,13 @@
 #include "base/output_lock.h"
 #include "base/result.h"
 
-#include <optional>
-#include <string>
+#include <vector>
 
 namespace velatura::app {
 
-/// Takes the output for this process, before the render: hours later is too late to find that there
-/// is no place for it. Returns: an exit code, Done when it has it.
-int take_output(const std::string& path, std::optional<OutputLock>& lock, Diagnostics& diagnostics);
+/// Takes the images of a frame for this process, before the render: hours later is too late to find
+/// that there is no place for one. Returns: an exit code, Done when it has them.
+int take_outputs(const FrameInput& input, std::vector<OutputLock>& locks, Diagnostics& diagnostics);
 
 /// That no file of the frame is one that the scene is read from. Errors: "overwrites-input".
 Result<void> check_outputs(const FrameInput& input);

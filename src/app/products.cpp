@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 
 namespace velatura::app {
 
@@ -35,33 +36,44 @@ void warn(const scene::Scene& scene,
     diagnostics.warn("render-products", place.loc, place.prim_path, message);
 }
 
-/// A confined scene does not choose the folder.
-std::string name_of(const scene::Scene& scene,
-                    const RenderProduct& product,
-                    Diagnostics& diagnostics) {
+/// The file of a product by itself. A confined scene does not choose the folder. report(text):
+/// what is not as the scene has it.
+template <class Report>
+std::string own_name(const RenderProduct& product,
+                     const std::string& without_name,
+                     const Report& report) {
+    if (product.name.empty()) return without_name;
     std::filesystem::path name = product.name;
     if (asset_roots().is_confined() && name.has_parent_path()) {
-        warn(scene, product,
-             fmt::format("product \"{}\" names a folder, which a confined scene cannot choose; "
-                         "writing {}; set the output with -o",
-                         name.string(), name.filename().string()),
-             diagnostics);
+        report(
+            fmt::format("product \"{}\" names a folder, which a confined scene cannot choose; "
+                        "writing {}; set the output with -o",
+                        name.string(), name.filename().string()));
         name = name.filename();
     }
     if (has_exr_extension(name.string())) return name.string();
-    warn(scene, product,
-         fmt::format("product \"{}\" is not the name of an OpenEXR file; writing {}.exr",
-                     name.string(), name.string()),
-         diagnostics);
+    report(fmt::format("product \"{}\" is not the name of an OpenEXR file; writing {}.exr",
+                       name.string(), name.string()));
     return name.string() + ".exr";
 }
 
-/// Whether the file of a product before it, with another view, would have its name.
-bool is_name_taken(const RenderSettings& settings, size_t index) {
-    const RenderProduct& product = settings.products[index];
-    return std::any_of(
-        settings.products.begin(), settings.products.begin() + std::ptrdiff_t(index),
-        [&](const RenderProduct& p) { return p.name == product.name && p.view != product.view; });
+/// A name that no product of another view has.
+std::string free_name(const std::string& name,
+                      const std::string& prim,
+                      const std::string& view,
+                      const std::map<std::string, std::string>& views) {
+    const auto is_free = [&](const std::string& n) {
+        const auto at = views.find(n);
+        return at == views.end() || at->second == view;
+    };
+    std::string out = name;
+    for (int i = 1; !is_free(out); ++i) {
+        std::filesystem::path path = name;
+        path.replace_extension(i == 1 ? fmt::format(".{}.exr", prim)
+                                      : fmt::format(".{}_{}.exr", prim, i));
+        out = path.string();
+    }
+    return out;
 }
 
 }  // namespace
@@ -99,30 +111,24 @@ OutputNames output_names(const RenderArguments& arguments,
         names.first = of_scene;
         return names;
     }
-    for (size_t i = settings.product; i < settings.products.size(); ++i) {
+    const std::string& view = settings.products[settings.product].view;
+    std::map<std::string, std::string> views;  // name of a file → view of its products
+    for (size_t i = 0; i < settings.products.size(); ++i) {
         const RenderProduct& product = settings.products[i];
-        if (product.view != settings.products[settings.product].view) continue;
-        std::string name;
-        if (!product.name.empty()) {
-            std::filesystem::path path = name_of(scene, product, diagnostics);
-            if (is_name_taken(settings, i)) {
-                path.replace_extension("." + prim_name(scene, product) + ".exr");
-                warn(scene, product,
-                     fmt::format("an earlier product has the name \"{}\" and another view; "
-                                 "writing {}",
-                                 product.name, path.string()),
-                     diagnostics);
-            }
-            name = path.string();
-        } else {
-            name = i == 0 ? of_scene : prim_name(scene, product) + ".exr";
-        }
-        const bool is_known =
-            name == names.first ||
-            std::find(names.others.begin(), names.others.end(), name) != names.others.end();
+        const auto report = [&](const std::string& message) {
+            if (product.view == view) warn(scene, product, message, diagnostics);
+        };
+        const std::string prim = prim_name(scene, product);
+        const std::string own = own_name(product, i == 0 ? of_scene : prim + ".exr", report);
+        const std::string name = free_name(own, prim, product.view, views);
+        if (name != own)
+            report(
+                fmt::format("an earlier product with another view is {}; writing {}", own, name));
+        const bool is_new = views.emplace(name, product.view).second;
+        if (product.view != view || !is_new) continue;
         if (names.first.empty())
             names.first = name;
-        else if (!is_known)
+        else
             names.others.push_back(name);
     }
     return names;

@@ -466,22 +466,30 @@ void LiveFrame::write(const std::string& path, bool is_output) {
     if (!has_film_ || renderer_.film().noise().samples_max == 0)
         return control_.report("no samples yet: nothing to write", true);
     app::FrameInput input = *input_;
-    if (!path.empty()) input.output = path;
+    if (!path.empty()) {
+        input.output = path;
+        input.other_outputs.clear();
+    }
     app::RenderJob job = job_;
     if (!is_output) job.arguments.is_resumable = true;
     const app::FrameFacts facts = facts_of_file();
-    std::optional<OutputLock> lock;
-    if (app::take_output(input.output, lock, diagnostics_) != app::Done)
+    std::vector<OutputLock> locks;
+    if (app::take_outputs(input, locks, diagnostics_) != app::Done)
         return control_.report(input.output + " cannot be written: see the terminal", true);
     if (const Result<void> ok = app::check_outputs(input); !ok)
         return control_.report(ok.error().message, true);
     app::MemoryWatch memory(renderer_.world().materials.textures(), needs_.writing);
-    app::FrameWriter writer(job, input, renderer_, facts, memory);
-    if (is_finished_) writer.set_finished();
-    const auto written =
-        writer.write(curve_, integrator::broken_promises(input.plan, rays_.effects));
-    if (!written) return control_.report(written.error().message, true);
-    control_.report(fmt::format("wrote {}{}", input.output,
+    std::vector<std::string> files = {input.output};
+    files.insert(files.end(), input.other_outputs.begin(), input.other_outputs.end());
+    for (const std::string& file : files) {
+        input.output = file;
+        app::FrameWriter writer(job, input, renderer_, facts, memory);
+        if (is_finished_) writer.set_finished();
+        const auto written =
+            writer.write(curve_, integrator::broken_promises(input.plan, rays_.effects));
+        if (!written) return control_.report(written.error().message, true);
+    }
+    control_.report(fmt::format("wrote {}{}", fmt::join(files, ", "),
                                 is_output ? "" : "; `velatura render --resume` continues it"));
 }
 

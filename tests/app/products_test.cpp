@@ -125,6 +125,42 @@ TEST_F(Products, HaveFilesOfTheirOwn) {
     EXPECT_EQ(small->data.width(), 8);
 }
 
+// A name that is made up may be authored as well: of another view it is another file
+TEST_F(Products, NeverShareAFileByChance) {
+    const std::string output = render(scene(
+        product("A", "    token productName = \"B.exr\"\n") +
+            product("B", "    rel camera = </W/R>\n") +
+            product("C", "    token productName = \"B.B.exr\"\n    int2 resolution = (8, 8)\n"),
+        "</A>, </B>, </C>"));
+    EXPECT_EQ(w.files_beside("s.usda"), "B.B.C.exr B.B.exr B.exr");
+    render(scene("", ""), "-o alone.exr");
+    expect_same_image("alone.exr", "B.exr");
+    render(scene("", ""), "-o alone.exr -c /W/R");
+    expect_same_image("alone.exr", "B.B.exr");
+}
+
+TEST_F(Products, AreNotWrittenOverWhatTheSceneIsReadFrom) {
+    w.write("t.exr", "a texture");
+    std::string text = scene(product("A", "    token productName = \"a.exr\"\n") +
+                                 product("B", "    token productName = \"t.exr\"\n"),
+                             "</A>, </B>") +
+                       textured_ball("t.exr");
+    w.write("s.usda", text);
+    const CommandResult r = w.velatura("render s.usda --spp 1 --progress none");
+    EXPECT_EQ(r.exit_code, 2) << r.output;
+    EXPECT_NE(r.output.find("overwrites-input"), std::string::npos) << r.output;
+    // Found before the render, not after it
+    EXPECT_FALSE(w.exists("a.exr"));
+}
+
+TEST_F(Products, ThatHaveNoPlaceAreFoundBeforeTheRender) {
+    w.write("s.usda", scene(product("A", "    token productName = \"a.exr\"\n") +
+                                product("B", "    token productName = \"s.usda/b.exr\"\n"),
+                            "</A>, </B>"));
+    EXPECT_EQ(w.velatura("render s.usda --spp 1 --progress none").exit_code, 1);
+    EXPECT_FALSE(w.exists("a.exr"));
+}
+
 TEST_F(Products, AreOneWhereTheCommandLineNamesTheFile) {
     const std::string output =
         render(scene(product("A", "") + product("B", "    rel camera = </W/R>\n"), "</A>, </B>"),
