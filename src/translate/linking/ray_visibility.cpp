@@ -30,8 +30,8 @@ constexpr RayKinds kinds_of(std::initializer_list<RayKind> list) {
 constexpr RayKinds indirect = kinds_of({RayKind::Diffuse, RayKind::DiffuseTransmission,
                                         RayKind::Reflection, RayKind::Refraction, RayKind::Volume});
 
-/// A switch for some kinds of rays. Those of a renderer in the order of the table: what is named
-/// for itself counts before what stands for several.
+/// A switch for some kinds of rays. Of one renderer the first that is authored counts: what is
+/// named for itself stands before what stands for several.
 struct Switch {
     std::string_view name;
     RayKinds kinds;
@@ -111,8 +111,8 @@ std::optional<RayKinds> read_karma_mask(Context& ctx, const Attribute& attribute
         const std::optional<RayKinds> kinds = karma_kinds(word);
         if (!kinds) {
             ctx.warn("bad-visibility", attribute,
-                     fmt::format("'{}' of {} is not a kind of rays (primary, shadow, diffuse, "
-                                 "reflect, refract, *); the mask is ignored",
+                     fmt::format("'{}' of {} is not a kind of rays (primary, secondary, shadow, "
+                                 "diffuse, reflect, refract, *); the mask is ignored",
                                  word, attribute.name().str()));
             return std::nullopt;
         }
@@ -150,13 +150,16 @@ VisibilityOpinion read_opinion(Context& ctx, Prim prim) {
         const Attribute attribute = prim.attribute(name);
         return attribute.has_authored_value() ? attribute : Attribute();
     };
-    for (const Switch& s : switches) {
-        // Arnold's mask stands behind its switches
-        if (s.name.starts_with("primvars:ri:")) break;
-        if (const Attribute attribute = authored(s.name))
-            if (const auto value = read_switch(ctx, attribute, 1))
-                state(out, s.kinds, *value != 0 ? RayKinds::all() : RayKinds());
-    }
+    const auto read_switches = [&](std::string_view renderer) {
+        for (const Switch& s : switches) {
+            if (!s.name.starts_with(renderer)) continue;
+            if (const Attribute attribute = authored(s.name))
+                if (const auto value = read_switch(ctx, attribute, 1))
+                    state(out, s.kinds, *value != 0 ? RayKinds::all() : RayKinds());
+        }
+    };
+    read_switches("primvars:velatura:");
+    read_switches("primvars:arnold:");
     if (const Attribute attribute = authored(arnold_mask))
         if (const auto value = read_switch(ctx, attribute, 255)) {
             RayKinds visible;
@@ -167,12 +170,7 @@ VisibilityOpinion read_opinion(Context& ctx, Prim prim) {
     if (const Attribute attribute = authored(karma_mask))
         if (const auto visible = read_karma_mask(ctx, attribute))
             state(out, RayKinds::all(), *visible);
-    for (const Switch& s : switches) {
-        if (!s.name.starts_with("primvars:ri:")) continue;
-        if (const Attribute attribute = authored(s.name))
-            if (const auto value = read_switch(ctx, attribute, 1))
-                state(out, s.kinds, *value != 0 ? RayKinds::all() : RayKinds());
-    }
+    read_switches("primvars:ri:");
     for (const std::string_view name : matte_names) {
         const Attribute attribute = authored(name);
         if (!attribute || out.is_matte) continue;

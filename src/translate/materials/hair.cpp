@@ -19,11 +19,6 @@ constexpr std::array hair_inputs = {"color",      "eumelanin",   "pheomelanin",
 
 constexpr float unbounded = std::numeric_limits<float>::infinity();
 
-bool has_input(Prim shader, const char* name) {
-    const Attribute input = shader.attribute(std::string("inputs:") + name);
-    return input.has_authored_value() || input.has_authored_connections();
-}
-
 /// Warns of a constant that the model has no meaning for; it is clamped where it is used.
 void check_range(
     Context& ctx, Prim shader, const char* name, const Rgb& value, float low, float high) {

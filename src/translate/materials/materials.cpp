@@ -91,11 +91,6 @@ void read_priority(Context& ctx, InputReader& reader, scene::Material& material)
                     priority, max));
 }
 
-bool is_authored(Prim shader, const std::string& input) {
-    const Attribute attribute = shader.attribute("inputs:" + input);
-    return attribute.has_authored_value() || attribute.has_authored_connections();
-}
-
 void read_subsurface(Context& ctx, InputReader& reader, scene::Material& material) {
     const Prim shader = reader.shader;
     material.subsurface = reader.number("velatura:subsurface", 0.0f);
@@ -140,7 +135,7 @@ void read_own_inputs(Context& ctx, InputReader& reader, scene::Material& materia
     material.anisotropy_rotation = reader.number("velatura:anisotropyRotation", 0.0f);
     reader.entry.needs_tangents = !is_zero(material.anisotropy);
     material.thin_walled = reader.constant_number("velatura:thinWalled", 0.0) != 0.0;
-    material.is_solid = !material.thin_walled && is_authored(shader, "velatura:thinWalled");
+    material.is_solid = !material.thin_walled && has_input(shader, "velatura:thinWalled");
     material.diffuse_transmission = reader.number("velatura:diffuseTransmission", 0.0f);
     if (!is_zero(material.diffuse_transmission) && !material.thin_walled) {
         ctx.warn("needs-thin-walled", shader.attribute("inputs:velatura:diffuseTransmission"),

@@ -89,6 +89,11 @@ ShaderSource shader_source(Context& ctx, const Attribute& attribute) {
                   });
 }
 
+bool has_input(Prim shader, std::string_view name) {
+    const Attribute input = shader.attribute("inputs:" + std::string(name));
+    return input.has_authored_value() || input.has_authored_connections();
+}
+
 ShaderSource shader_source(const usd::stage::Stage& stage, const Attribute& attribute) {
     return follow(stage, attribute, [](const char*, const Attribute&, const std::string&) {});
 }

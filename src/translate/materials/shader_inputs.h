@@ -26,6 +26,9 @@ ShaderSource shader_source(Context& ctx, const Attribute& attribute);
 /// The same without a word.
 ShaderSource shader_source(const usd::stage::Stage& stage, const Attribute& attribute);
 
+/// Whether the input has a value or a connection. name: without "inputs:".
+bool has_input(Prim shader, std::string_view name);
+
 /// Reads inputs of one shader as scene inputs, translating textures and noting primvars on the way.
 struct InputReader {
     Context& ctx;
