@@ -28,8 +28,8 @@ function(compile_files_quickly)
     $<$<CONFIG:Release>:-O1> $<$<AND:$<CONFIG:Release>,$<CXX_COMPILER_ID:GNU>>:-finline-small-functions>)
 endfunction()
 
-# compile_together(TARGET): several files are one unit for the compiler, which reads the headers that they share once: half of
-# the time. Not with clang: clang-tidy proves that each file includes what it uses (docs/adr/0046-quick-builds-and-tests.md).
+# compile_together(TARGET): several files are one unit for the compiler, which reads the headers that they share
+# once. Not with clang: clang-tidy proves that each file includes what it uses (docs/adr/0046-quick-builds-and-tests.md).
 function(compile_together target)
   if(VELATURA_COMPILE_TOGETHER AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
