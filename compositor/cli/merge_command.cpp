@@ -4,10 +4,13 @@
 #include "compositor/cli/commands.h"
 #include "compositor/cli/frame_runs.h"
 #include "compositor/io/merge.h"
+#include "compositor/io/merge_deep.h"
+#include "layers/deep_file.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <charconv>
 #include <map>
 #include <memory>
@@ -43,6 +46,11 @@ Json json_of(const std::optional<SampleRange>& range) {
     return range ? Json{range->first, range->second} : Json();
 }
 
+/// x0, y0, x1, y1: pixels from the upper left, without the last column and row.
+Json json_of(const std::optional<image::Window>& w) {
+    return w ? Json{w->x0, w->y0, w->x1, w->y1} : Json();
+}
+
 Json json_of(const MergeReport& report,
              const std::string& output,
              const Result<layers::WriteReport>& written) {
@@ -57,6 +65,7 @@ Json json_of(const MergeReport& report,
     for (const MergePart& part : report.parts)
         j["parts"].push_back({{"file", part.path},
                               {"samples", json_of(part.samples)},
+                              {"window", json_of(std::optional(part.window))},
                               {"complete", part.is_complete},
                               {"lacks", part.lacks}});
     j["faults"] = Json::array();
@@ -64,12 +73,14 @@ Json json_of(const MergeReport& report,
         j["faults"].push_back({{"kind", fault.kind},
                                {"text", fault.text},
                                {"files", fault.files},
-                               {"samples", json_of(fault.samples)}});
+                               {"samples", json_of(fault.samples)},
+                               {"window", json_of(fault.window)}});
     if (!written && report.faults.empty())
         j["faults"].push_back({{"kind", "output"},
                                {"text", written.error().message},
                                {"files", Json::array()},
-                               {"samples", Json()}});
+                               {"samples", Json()},
+                               {"window", Json()}});
     return j;
 }
 
@@ -94,9 +105,25 @@ int report_faults(const MergeReport& merge, const Error& error) {
     return error.code == "merge-refused" ? int(refused) : int(failed);
 }
 
+/// Deep images of crops. Returns: the exit code.
+int merge_deep(const std::vector<std::string>& inputs,
+               const std::string& output,
+               const MergeArguments& o) {
+    if (o.is_resumable || o.accepts_incomplete || o.is_json || !o.expected.empty())
+        return report({"merge-refused",
+                       "deep images hold no samples to count: --resumable, --incomplete, --expect "
+                       "and --json are not for them"});
+    if (const Result<void> written = merge_deep_files(inputs, output); !written)
+        return report(written.error());
+    fmt::print("{}\n", output);
+    return done;
+}
+
 int merge_one(const std::vector<std::string>& inputs,
               const std::string& output,
               const MergeArguments& o) {
+    if (std::any_of(inputs.begin(), inputs.end(), layers::is_deep_file))
+        return merge_deep(inputs, output, o);
     MergeOptions options;
     options.keep_sums = o.is_resumable;
     options.accepts_incomplete = o.accepts_incomplete;
@@ -136,12 +163,12 @@ int run_merge(const MergeArguments& o) {
 void add_merge_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<MergeArguments>();
     Command command = app.add_subcommand(
-        "merge", "Join renders of adjacent sample ranges, bit for bit as one render");
+        "merge", "Join renders of adjacent sample ranges or crops, bit for bit as one render");
     command
         .add_option(
             "inputs", o->inputs,
-            "Files rendered with --samples A:B; sequences are merged frame by frame if -o is "
-            "one")
+            "Files rendered with --samples A:B, or with --crop and --resumable; or deep images of "
+            "crops. Sequences are merged frame by frame if -o is one")
         .required()
         .reads();
     add_frames_option(command, o->frames);

@@ -40,13 +40,14 @@ struct Seam {
 };
 
 Seam seam_of(const accumulate::SampleSums& before,
-             const std::vector<accumulate::PixelRecord>& after) {
+             const std::vector<accumulate::PixelRecord>& after,
+             const image::Window& w) {
     Seam seam;
-    const image::Window& w = before.window();
     for (int y = w.y0; y < w.y1; ++y) {
         for (int x = w.x0; x < w.x1; ++x) {
             const accumulate::PixelRecord &a = before.record(x, y), &b = after[w.index(x, y)];
-            if (a.end == b.first || b.first == b.end) continue;
+            const bool is_first = a.first == 0 && a.end == 0;
+            if (is_first || a.end == b.first || b.first == b.end) continue;
             if (seam.pixels++ == 0) seam = {1, x, y, a, b};
         }
     }
@@ -54,10 +55,8 @@ Seam seam_of(const accumulate::SampleSums& before,
 }
 
 /// Of two parts whose headers go together.
-MergeFault seam_fault(const Seam& seam,
-                      const PartHeader& before,
-                      const PartHeader& after,
-                      size_t pixels) {
+MergeFault seam_fault(const Seam& seam, const PartHeader& before, const PartHeader& after) {
+    const size_t pixels = after.part.window.pixel_count();
     const bool is_overlap = seam.after.first < seam.before.end;
     const std::string why =
         before.part.is_complete
@@ -71,6 +70,13 @@ MergeFault seam_fault(const Seam& seam,
                         seam.after.first, seam.after.end, why),
             {before.part.is_complete ? after.path : before.path},
             std::nullopt};
+}
+
+/// The last one before a part that has the pixel of the seam.
+const PartHeader& part_before(const std::vector<PartHeader>& parts, size_t part, const Seam& seam) {
+    size_t before = part - 1;
+    while (before > 0 && !parts[before].part.window.contains(seam.x, seam.y)) --before;
+    return parts[before];
 }
 
 /// Adds one part after the other, of which one at a time is in memory beside the sums. Errors: also
@@ -90,15 +96,14 @@ Result<accumulate::SampleSums> joined_sums(const std::vector<PartHeader>& parts,
             return fail(part, refused(fmt::format("{}: {}", part.path, why.message)));
         };
         if (!sums) {
-            Result<accumulate::SampleSums> empty = layers::empty_sums(*file);
+            Result<accumulate::SampleSums> empty = layers::empty_sums(*file, window_of(parts));
             if (!empty) return damaged(empty.error());
             sums = std::move(*empty);
         } else {
             const auto records = layers::stored_records(*file);
             if (!records) return damaged(records.error());
-            if (const Seam seam = seam_of(*sums, *records); seam.pixels > 0) {
-                faults.push_back(
-                    seam_fault(seam, parts[i - 1], part, sums->window().pixel_count()));
+            if (const Seam seam = seam_of(*sums, *records, file->data); seam.pixels > 0) {
+                faults.push_back(seam_fault(seam, part_before(parts, i, seam), part));
                 return refused(faults.back().text);
             }
         }
@@ -122,6 +127,7 @@ layers::FileInfo merged_info(const std::vector<PartHeader>& parts, bool keep_sum
     layers::FileInfo info = parts[0].info;
     info.store_sums = keep_sums;
     info.settings_json = merged_settings(parts);
+    info.stats_json = common_stats(parts);
     for (size_t i = 1; i < parts.size(); ++i) {
         const layers::FileInfo& other = parts[i].info;
         info.bad_samples.insert(info.bad_samples.end(), other.bad_samples.begin(),

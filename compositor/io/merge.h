@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/result.h"
+#include "image/window.h"
 #include "layers/layer_file.h"
 
 #include <cstdint>
@@ -26,6 +27,7 @@ struct MergeOptions {
 struct MergePart {
     std::string path;
     SampleRange samples;             ///< that it was to have
+    image::Window window;            ///< its pixels
     bool is_complete = true;         ///< it has them
     std::vector<std::string> lacks;  ///< plugins and files that its render did not find
 };
@@ -37,21 +39,23 @@ struct MergeFault {
     std::vector<std::string> files;      ///< that are to be rendered again
     std::optional<SampleRange> samples;  ///< of a gap or overlap
     std::string code = "merge-refused";
+    std::optional<image::Window> window = {};  ///< of a gap or overlap that only some pixels have
 };
 
 struct MergeReport {
-    std::vector<MergePart> parts;    ///< by samples
+    std::vector<MergePart> parts;    ///< by samples, then from top to bottom
     std::vector<MergeFault> faults;  ///< empty: merged
     std::optional<SampleRange> samples;
     bool is_complete = false;  ///< all parts are
 };
 
-/// Joins files that hold adjacent sample ranges of one render into the file that one render of all
-/// the samples writes, bit for bit in every pixel. One part at a time is in memory beside the sums
-/// of the result, which hold a node per bit of the number of samples. Errors: "merge-refused" (exit
-/// 5: incomplete, no sums, other scene, settings, build, files, seed, layers or window, overlap,
-/// gap, not what is expected); its message has a line for each of report.faults. Those of reading
-/// and of layers::write_layer_file.
+/// Joins files that hold adjacent sample ranges, crops, or both of one render into the file that
+/// one render of all the samples of the smallest window around them writes, bit for bit in every
+/// pixel. Every pixel of that window must have all samples. One part at a time is in memory beside
+/// the sums of the result, which hold a node per bit of the number of samples. Errors:
+/// "merge-refused" (exit 5: incomplete, no sums, other scene, settings, build, files, seed, layers
+/// or resolution, overlap, gap, not what is expected); its message has a line for each of
+/// report.faults. Those of reading and of layers::write_layer_file.
 Result<layers::WriteReport> merge_files(const std::vector<std::string>& inputs,
                                         const std::string& output,
                                         const MergeOptions& options,

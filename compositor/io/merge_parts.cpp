@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/io/merge_parts.h"
 
+#include "image/window_bounds.h"
 #include "layers/strip_reader.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <map>
+#include <set>
 #include <tuple>
 #include <utility>
 
@@ -50,7 +53,8 @@ Result<PartHeader> read_part_header(const std::string& path) {
     part.path = part.part.path = path;
     part.samples = header->samples;
     part.info = layers::file_info_of(image, *header);
-    part.window = image.data;
+    part.part.window = image.data;
+    part.display = image.display;
     part.samples_text = image.text(layers::samples_attribute);
     const Json sums = Json::parse(image.text(layers::sums_attribute), nullptr, false);
     if (sums.is_object()) part.layer_set = sums.value("layerSet", Json());
@@ -162,9 +166,10 @@ std::vector<Difference> differences_of(const PartHeader& a, const PartHeader& b)
     if (a.samples.seed != b.samples.seed)
         found.push_back({"seed", fmt::format("have different seeds: {} and {}", a.samples.seed,
                                              b.samples.seed)});
-    if (a.window != b.window)
-        found.push_back({"window", fmt::format("have different data windows: pixels {} and {}",
-                                               text_of(a.window), text_of(b.window))});
+    if (a.display != b.display)
+        found.push_back(
+            {"window", fmt::format("are of images with different sizes: pixels {} and {}",
+                                   text_of(a.display), text_of(b.display))});
     if (a.layer_set != b.layer_set)
         found.push_back(
             {"layers", "store different layers" + differences(a.layer_set, b.layer_set)});
@@ -223,48 +228,154 @@ bool has_known_range(const PartHeader& part) {
     return part.samples.is_uniform || (part.settings.is_object() && part.settings.contains("part"));
 }
 
-void add_gap(uint64_t first, uint64_t end, const char* where, std::vector<MergeFault>& faults) {
-    faults.push_back({"gap",
-                      fmt::format("gap: no file has the samples {}:{}{}", first, end, where),
-                      {},
-                      SampleRange{first, end}});
+/// Pixels that the same parts have.
+struct Cell {
+    image::Window window;
+    std::vector<const PartHeader*> parts;  ///< by samples
+};
+
+/// Cuts a row of windows, between y0 and y1, where one of them begins or ends.
+void add_cells_of_row(int y0,
+                      int y1,
+                      const image::Window& all,
+                      const std::vector<const PartHeader*>& parts,
+                      std::vector<Cell>& cells) {
+    std::set<int> edges = {all.x0, all.x1};
+    std::vector<const PartHeader*> in_row;
+    for (const PartHeader* part : parts) {
+        const image::Window& w = part->part.window;
+        if (w.y0 > y0 || w.y1 < y1) continue;
+        in_row.push_back(part);
+        edges.insert({w.x0, w.x1});
+    }
+    for (auto at = edges.begin(); std::next(at) != edges.end(); ++at) {
+        Cell cell = {{*at, y0, *std::next(at), y1}, {}};
+        for (const PartHeader* part : in_row)
+            if (image::contains(part->part.window, cell.window)) cell.parts.push_back(part);
+        cells.push_back(std::move(cell));
+    }
 }
 
-/// Gaps, overlaps, and what is missing of the samples expected, as ranges.
+/// The pixels of the smallest window around all parts, by the parts that have them.
+std::vector<Cell> cells_of(const std::vector<PartHeader>& parts) {
+    const image::Window all = window_of(parts);
+    std::set<int> edges = {all.y0, all.y1};
+    std::vector<const PartHeader*> pointers;
+    for (const PartHeader& part : parts) {
+        edges.insert({part.part.window.y0, part.part.window.y1});
+        pointers.push_back(&part);
+    }
+    std::vector<Cell> cells;
+    for (auto at = edges.begin(); std::next(at) != edges.end(); ++at) {
+        std::vector<Cell> row;
+        add_cells_of_row(*at, *std::next(at), all, pointers, row);
+        // A cell goes on where the row above has the same parts at the same place
+        for (Cell& cell : row) {
+            const auto above = std::find_if(cells.begin(), cells.end(), [&cell](const Cell& c) {
+                return c.window.y1 == cell.window.y0 && c.window.x0 == cell.window.x0 &&
+                       c.window.x1 == cell.window.x1 && c.parts == cell.parts;
+            });
+            if (above == cells.end())
+                cells.push_back(std::move(cell));
+            else
+                above->window.y1 = cell.window.y1;
+        }
+    }
+    return cells;
+}
+
+/// Gaps and overlaps of the samples of a cell, as ranges.
+class CellFaults {
+  public:
+    /// is_all: it is the whole image, which needs no naming.
+    CellFaults(const Cell& cell, bool is_all, std::vector<MergeFault>& faults)
+        : cell_(cell), is_all_(is_all), faults_(faults) {}
+
+    /// range: what the cell must have; why: of a gap at its ends.
+    void find(const SampleRange& range, const char* why) {
+        if (cell_.parts.empty()) return add_gap(range.first, range.second, why);
+        const PartHeader* farthest = cell_.parts[0];
+        for (size_t i = 1; i < cell_.parts.size(); ++i) {
+            const PartHeader& part = *cell_.parts[i];
+            if (has_known_range(*farthest) && has_known_range(part)) compare(*farthest, part);
+            if (part.part.samples.second > farthest->part.samples.second) farthest = &part;
+        }
+        const uint64_t first = cell_.parts[0]->part.samples.first,
+                       end = farthest->part.samples.second;
+        if (first > range.first) add_gap(range.first, std::min(first, range.second), why);
+        if (end < range.second) add_gap(std::max(end, range.first), range.second, why);
+    }
+
+  private:
+    void compare(const PartHeader& before, const PartHeader& after) {
+        const SampleRange &a = before.part.samples, &b = after.part.samples;
+        if (b.first > a.second) add_gap(a.second, b.first, "");
+        if (b.first >= a.second) return;
+        faults_.push_back({"overlap",
+                           fmt::format("overlap: {} has the samples {} and {} has {}{}",
+                                       before.path, text_of(a), after.path, text_of(b), where()),
+                           {after.path},
+                           SampleRange{b.first, std::min(a.second, b.second)},
+                           "merge-refused",
+                           is_all_ ? std::nullopt : std::optional(cell_.window)});
+    }
+
+    void add_gap(uint64_t first, uint64_t end, const char* why) {
+        faults_.push_back(
+            {"gap",
+             fmt::format("gap: no file has the samples {}:{}{}{}", first, end, where(), why),
+             {},
+             SampleRange{first, end},
+             "merge-refused",
+             is_all_ ? std::nullopt : std::optional(cell_.window)});
+    }
+
+    std::string where() const {
+        return is_all_ ? std::string() : fmt::format(" of the pixels {}", text_of(cell_.window));
+    }
+
+    const Cell& cell_;
+    bool is_all_;
+    std::vector<MergeFault>& faults_;
+};
+
+/// Gaps, overlaps, and what is missing of the samples expected.
 void find_range_faults(const std::vector<PartHeader>& parts,
                        const std::optional<SampleRange>& expected,
                        std::vector<MergeFault>& faults) {
-    const PartHeader* farthest = &parts[0];
-    for (size_t i = 1; i < parts.size(); ++i) {
-        const PartHeader& part = parts[i];
-        const uint64_t end = farthest->part.samples.second, first = part.part.samples.first;
-        const bool is_known = has_known_range(*farthest) && has_known_range(part);
-        if (is_known && first < end)
-            faults.push_back({"overlap",
-                              fmt::format("overlap: {} has the samples {} and {} has {}",
-                                          farthest->path, text_of(farthest->part.samples),
-                                          part.path, text_of(part.part.samples)),
-                              {part.path},
-                              SampleRange{first, std::min(end, part.part.samples.second)}});
-        if (is_known && first > end) add_gap(end, first, "", faults);
-        if (part.part.samples.second > end) farthest = &part;
-    }
+    SampleRange range = parts[0].part.samples;  // of all parts: crops have the same samples
+    for (const PartHeader& part : parts)
+        range.second = std::max(range.second, part.part.samples.second);
+    const std::vector<Cell> cells = cells_of(parts);
+    for (const Cell& cell : cells)
+        CellFaults(cell, cells.size() == 1, faults)
+            .find(expected.value_or(range), expected ? " expected" : "");
     if (!expected) return;
-    const auto [first, end] = *expected;
-    const uint64_t found_first = parts[0].part.samples.first,
-                   found_end = farthest->part.samples.second;
-    if (found_first > first) add_gap(first, std::min(found_first, end), " expected", faults);
-    if (found_end < end) add_gap(std::max(found_end, first), end, " expected", faults);
-    if (found_first >= first && found_end <= end) return;
     for (const PartHeader& part : parts) {
         const SampleRange& own = part.part.samples;
-        if (own.first < first || own.second > end)
+        if (own.first < expected->first || own.second > expected->second)
             faults.push_back({"unexpected",
                               fmt::format("{} has the samples {}, expected are {}", part.path,
                                           text_of(own), text_of(*expected)),
                               {part.path},
                               own});
     }
+}
+
+/// Takes out of `a` what `b` says otherwise.
+void keep_common(nlohmann::ordered_json& a, const nlohmann::ordered_json& b) {
+    std::vector<std::string> different;
+    for (auto& [key, value] : a.items()) {
+        if (b.is_object() && b.contains(key)) {
+            if (value == b[key]) continue;
+            if (value.is_object() && b[key].is_object()) {
+                keep_common(value, b[key]);
+                continue;
+            }
+        }
+        different.push_back(key);
+    }
+    for (const std::string& key : different) a.erase(key);
 }
 
 }  // namespace
@@ -288,9 +399,18 @@ std::vector<PartHeader> read_part_headers(const std::vector<std::string>& paths,
         }
     }
     std::stable_sort(parts.begin(), parts.end(), [](const PartHeader& a, const PartHeader& b) {
-        return a.part.samples < b.part.samples;
+        const auto place = [](const PartHeader& p) {
+            return std::tuple(p.part.samples, p.part.window.y0, p.part.window.x0);
+        };
+        return place(a) < place(b);
     });
     return parts;
+}
+
+image::Window window_of(const std::vector<PartHeader>& parts) {
+    image::Window all = parts[0].part.window;
+    for (const PartHeader& part : parts) all = image::united(all, part.part.window);
+    return all;
 }
 
 void find_faults(const std::vector<PartHeader>& parts,
@@ -316,6 +436,21 @@ void find_faults(const std::vector<PartHeader>& parts,
         return f.kind == "unreadable" || f.kind == "no-sums";
     });
     if (is_whole) find_range_faults(parts, options.expected, faults);
+}
+
+std::string common_stats(const std::vector<PartHeader>& parts) {
+    using Json = nlohmann::ordered_json;
+    Json stats = Json::parse(parts[0].info.stats_json, nullptr, false);
+    if (!stats.is_object()) return parts[0].info.stats_json;
+    for (const PartHeader& part : parts) {
+        if (part.part.window == parts[0].part.window) continue;
+        Json other = Json::parse(part.info.stats_json, nullptr, false);
+        if (other.is_object())
+            for (const char* of_sums : {"error", "ledger"})  // measured anew: stats_of_whole()
+                if (stats.contains(of_sums)) other[of_sums] = stats[of_sums];
+        keep_common(stats, other);
+    }
+    return stats.dump();
 }
 
 std::string merged_settings(const std::vector<PartHeader>& parts) {

@@ -18,13 +18,14 @@ struct PartHeader {
     MergePart part;
     layers::SampleInfo samples;
     layers::FileInfo info;
-    image::Window window;
+    image::Window display;
     nlohmann::json layer_set;  ///< of its sums
     nlohmann::json settings;   ///< velatura/settings; null where there is none
     std::string samples_text;  ///< velatura/samples, as it stands
 };
 
-/// Reads the headers alone, by samples; adds files that cannot be parts to the faults.
+/// Reads the headers alone, by samples and then from top to bottom; adds files that cannot be parts
+/// to the faults.
 std::vector<PartHeader> read_part_headers(const std::vector<std::string>& paths,
                                           std::vector<MergeFault>& faults);
 
@@ -34,8 +35,14 @@ void find_faults(const std::vector<PartHeader>& parts,
                  const MergeOptions& options,
                  std::vector<MergeFault>& faults);
 
+/// The smallest window that holds those of all parts.
+image::Window window_of(const std::vector<PartHeader>& parts);
+
 /// velatura/settings of the parts together.
 std::string merged_settings(const std::vector<PartHeader>& parts);
+
+/// velatura/stats of the parts, of which crops measured some differently: what all of them say.
+std::string common_stats(const std::vector<PartHeader>& parts);
 
 }  // namespace io
 }  // namespace velatura::compositor

@@ -102,9 +102,8 @@ int FrameRenderer::check_what_was_learned() {
     // What was learned is not whole then: neither pixels nor a header may come from it
     if (*control_.stop) return report_early_end(false, "the first sample", diagnostics_);
     report_prepass(job_, renderer_, diagnostics_);
-    const std::string why = from_.difference(
-        facts_.settings, settings_hash(facts_.settings, renderer_.layers(), renderer_.window()),
-        job_);
+    const std::string why =
+        from_.difference(facts_.settings, settings_hash(facts_.settings, renderer_.layers()), job_);
     if (!why.empty()) return reject_resume(input_.output, why, diagnostics_);
     return Done;
 }

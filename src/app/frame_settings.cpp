@@ -176,11 +176,8 @@ FrameSettings frame_settings(const RenderJob& job,
     return settings;
 }
 
-std::string settings_hash(const FrameSettings& settings,
-                          const film::LayerSet& layers,
-                          const image::Window& window) {
-    std::string text =
-        fmt::format("{} {} {} {}|{}", window.x0, window.y0, window.x1, window.y1, layers.to_json());
+std::string settings_hash(const FrameSettings& settings, const film::LayerSet& layers) {
+    std::string text = layers.to_json();
     for (const auto& [name, value] : settings) text += fmt::format("|{}={}", name, value);
     return fmt::format("{:016x}", hash_string(text));
 }

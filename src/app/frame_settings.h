@@ -36,10 +36,8 @@ FrameSettings frame_settings(const RenderJob& job,
                              const FrameInput& input,
                              const std::vector<SceneFile>& files);
 
-/// Of the settings with layer set and window: files with another hash do not merge.
-std::string settings_hash(const FrameSettings& settings,
-                          const film::LayerSet& layers,
-                          const image::Window& window);
+/// Of the settings with the layer set, not the window: files with another hash do not merge.
+std::string settings_hash(const FrameSettings& settings, const film::LayerSet& layers);
 
 /// The samples that a render was asked for, and whether its file has all of them.
 struct PartState {

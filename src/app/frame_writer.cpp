@@ -99,7 +99,7 @@ layers::FileInfo FrameWriter::file_info(const statistics::ErrorCurve& curve,
     info.compression = job_.compression;
     info.store_sums = is_finished_ ? keeps_final_sums(job_) : keeps_sums(job_);
     info.scene_hash = fmt::format("{:016x}", input_.content_hash);
-    info.settings_hash = settings_hash(facts_.settings, renderer_.layers(), renderer_.window());
+    info.settings_hash = settings_hash(facts_.settings, renderer_.layers());
     info.scene_json = scene_json(input_, info.scene_hash);
     info.stats_json = stats_json(job_, input_, renderer_);
     info.light_values = input_.light_values;

@@ -237,11 +237,13 @@ class FrameStudy {
         options_.height = subject_.height;
         options_.rounds = arguments_.rounds;
         // What a stored study must agree with: the image, the build, and what is tried
+        const image::Window window = renderer_.window();
         std::string text =
-            fmt::format("{} {:016x} {} {}",
+            fmt::format("{} {},{} {},{} {:016x} {} {}",
                         settings_hash(frame_settings(job_, input_, scene_files(input_.scene)),
-                                      layers_of(job_, input_.scene), renderer_.window()),
-                        input_.content_hash, subject_.build, subject_.spp);
+                                      layers_of(job_, input_.scene)),
+                        window.x0, window.y0, window.x1, window.y1, input_.content_hash,
+                        subject_.build, subject_.spp);
         for (const study::Setting& s : settings_) text += "|" + s.options;
         fingerprint_ = fmt::format("{:016x}", hash_string(text));
     }

@@ -12,6 +12,7 @@
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfPartType.h>
+#include <OpenEXR/ImfTestFile.h>
 #include <fmt/format.h>
 
 #include <array>
@@ -186,6 +187,10 @@ Result<DeepImage> read_deep_file(const std::string& path) {
     } catch (const std::exception& e) {
         return Error{"io-read", fmt::format("cannot read {}: {}", path, e.what())};
     }
+}
+
+bool is_deep_file(const std::string& path) {
+    return Imf::isDeepOpenExrFile(path.c_str());
 }
 
 }  // namespace velatura::layers

@@ -37,4 +37,7 @@ Result<void> write_deep_file(const std::string& path, const DeepImage& image);
 /// file of deep scanlines, or without Z A R G B as floats), "io-read".
 Result<DeepImage> read_deep_file(const std::string& path);
 
+/// Whether a file holds a deep image; false where it cannot be read.
+bool is_deep_file(const std::string& path);
+
 }  // namespace velatura::layers

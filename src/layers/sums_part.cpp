@@ -3,6 +3,7 @@
 
 #include "base/tasks.h"
 #include "image/digest.h"
+#include "image/window_bounds.h"
 #include "layers/cryptomatte_layers.h"
 #include "layers/layer_header.h"
 #include "layers/picked_sums.h"
@@ -347,27 +348,30 @@ Result<std::vector<uint64_t>> stored_counts(const image::Image& image) {
     return counts;
 }
 
-Result<accumulate::SampleSums> empty_sums(const image::Image& image) {
+Result<accumulate::SampleSums> empty_sums(const image::Image& image, const image::Window& window) {
     const std::string text = image.text(sums_attribute);
     if (text.empty()) return Error{"no-sums", "the file is not resumable: it has no sums"};
     const auto j = nlohmann::json::parse(text, nullptr, false);
     if (!j.is_object() || !j.contains("layerSet")) return damaged();
     const auto set = accumulate::LayerSet::from_json(j["layerSet"].dump());
     if (!set) return set.error();
-    return accumulate::SampleSums(image.data, *set);
+    return accumulate::SampleSums(window, *set);
 }
 
 Result<void> append_sums(const image::Image& image, accumulate::SampleSums& sums) {
-    if (image.data != sums.window() || !are_sums_intact(image)) return damaged();
+    if (!image::contains(sums.window(), image.data) || !are_sums_intact(image)) return damaged();
     const auto stored = stored_sums(image, sums.table().total_count());
     if (!stored) return stored.error();
     const image::Window& w = image.data;
+    // Strips of the tiles of the sums: no two threads use the same
     constexpr int rows = accumulate::SampleSums::tile_size;
+    const int top = sums.window().y0;
+    const int first_strip = (w.y0 - top) / rows, end_strip = (w.y1 - top + rows - 1) / rows;
     std::atomic<bool> is_damaged = false;
-    parallel_for(size_t((w.height() + rows - 1) / rows), [&](size_t strip) {
+    parallel_for(size_t(end_strip - first_strip), [&](size_t strip) {
         PixelReader reader(*stored);
-        const int y0 = w.y0 + int(strip) * rows;
-        for (int y = y0; y < std::min(y0 + rows, w.y1); ++y) {
+        const int y0 = top + (first_strip + int(strip)) * rows;
+        for (int y = std::max(y0, w.y0); y < std::min(y0 + rows, w.y1); ++y) {
             for (int x = w.x0; x < w.x1; ++x) {
                 if (is_damaged) return;
                 if (!reader.append(w.index(x, y), x, y, sums)) is_damaged = true;
@@ -382,7 +386,7 @@ Result<void> append_sums(const image::Image& image, accumulate::SampleSums& sums
 }
 
 Result<accumulate::SampleSums> read_sums(const image::Image& image) {
-    Result<accumulate::SampleSums> sums = empty_sums(image);
+    Result<accumulate::SampleSums> sums = empty_sums(image, image.data);
     if (!sums) return sums;
     if (const Result<void> ok = append_sums(image, *sums); !ok) return ok.error();
     return sums;

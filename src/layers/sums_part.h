@@ -25,12 +25,13 @@ std::string sums_json(const accumulate::LayerSet& set, const image::Image& image
 /// Errors: "no-sums" (written without sums), "sums-damaged".
 Result<accumulate::SampleSums> read_sums(const image::Image& image);
 
-/// Sums without samples, for append_sums() of this file and of those that follow on it. Errors:
-/// "no-sums", "sums-damaged".
-Result<accumulate::SampleSums> empty_sums(const image::Image& image);
+/// Sums without samples over a window, for append_sums() of this file and of those that go with it.
+/// Errors: "no-sums", "sums-damaged".
+Result<accumulate::SampleSums> empty_sums(const image::Image& image, const image::Window& window);
 
-/// Adds the stored samples to sums of the same window and layer set; in every pixel they must
-/// follow those that are there. Errors: "sums-damaged"; the sums are of no use then.
+/// Adds the stored samples to sums of the same layer set, whose window holds that of the image; in
+/// every pixel they must follow those that are there. Errors: "sums-damaged"; the sums are of no
+/// use then.
 Result<void> append_sums(const image::Image& image, accumulate::SampleSums& sums);
 
 /// The records of every pixel, [pixel of the data window]. Errors: "sums-damaged".

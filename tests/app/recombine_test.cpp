@@ -2,6 +2,7 @@
 // From a USD file to a recombined image, through the two programs alone.
 #include "command.h"
 #include "image/exr.h"
+#include "layers/deep_file.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -95,6 +96,45 @@ TEST_F(Recombine, AdaptiveImagesSplitAndMergeToo) {
     const image::Image off = read(w, "off.exr");
     const auto& m = std::get<std::vector<uint32_t>>(off.find("sampleCount")->data);
     EXPECT_TRUE(std::all_of(m.begin(), m.end(), [](uint32_t v) { return v == 40; }));
+}
+
+/// Tiles of a farm, with what else a file can hold; of deep images too.
+TEST_F(Recombine, CropsMergeIntoTheWhole) {
+    const std::string how =
+        "--adaptive off --resumable --cryptomatte object,material "
+        "--layers near=depth:closest,Neye --deep ";
+    render(how + "--spp 6 -o whole.exr");
+    const char* const crops[] = {"0 0.31 0 1", "0.31 1 0 0.5", "0.31 1 0.5 1"};
+    std::string files, deep;
+    for (int i = 0; i < 3; ++i) {
+        render(fmt::format("{} --spp 6 --crop {} -o c{}.exr", how, crops[i], i));
+        files = fmt::format("c{}.exr {}", i, files);
+        deep += fmt::format(" c{}.deep.exr", i);
+    }
+    const CommandResult merged = w.comp("merge " + files + " -o merged.exr --resumable");
+    ASSERT_EQ(merged.exit_code, 0) << merged.output;
+    EXPECT_EQ(w.hash("merged.exr"), w.hash("whole.exr"));
+    EXPECT_EQ(w.comp("verify merged.exr").exit_code, 0);
+    const auto a = image::read_exr(w.path("merged.exr")), b = image::read_exr(w.path("whole.exr"));
+    for (const char* name : {"cryptomatte/3ae39a5/manifest", "velatura/samples", "velatura/layers",
+                             "velatura/settings", "velatura/lights", "velatura/scene"})
+        EXPECT_EQ(a->text(name), b->text(name)) << name;
+    // It goes on as the whole would
+    render(
+        "--adaptive off --resumable --cryptomatte object,material "
+        "--layers near=depth:closest,Neye --spp 9 --resume -o merged.exr");
+
+    const CommandResult of_deep = w.comp("merge" + deep + " -o merged.deep.exr");
+    ASSERT_EQ(of_deep.exit_code, 0) << of_deep.output;
+    const auto c = layers::read_deep_file(w.path("merged.deep.exr")),
+               d = layers::read_deep_file(w.path("whole.deep.exr"));
+    ASSERT_TRUE(c.has_value() && d.has_value());
+    EXPECT_EQ(c->data, d->data);
+    EXPECT_EQ(c->counts, d->counts);
+    EXPECT_TRUE(c->samples == d->samples);
+    EXPECT_EQ(w.comp("merge c0.deep.exr c1.deep.exr -o refused.deep.exr").exit_code, 5);
+    EXPECT_EQ(w.comp("merge c0.deep.exr c0.deep.exr -o refused.deep.exr").exit_code, 5);
+    EXPECT_NE(w.comp("merge c0.deep.exr c1.exr -o refused.deep.exr").exit_code, 0);
 }
 
 TEST_F(Recombine, GuidedImagesSplitAndMergeToo) {

@@ -131,7 +131,7 @@ TEST(SumsPart, AppendsThoseOfLaterSamples) {
     accumulate::SampleSums expected = some_sums();
     const accumulate::SampleSums later = some_sums(true);
     expected.append(later);
-    auto sums = layers::empty_sums(image_of(some_sums()));
+    auto sums = layers::empty_sums(image_of(some_sums()), some_sums().window());
     ASSERT_TRUE(sums.has_value());
     ASSERT_TRUE(layers::append_sums(image_of(some_sums()), *sums).has_value());
     ASSERT_TRUE(layers::append_sums(image_of(later), *sums).has_value());

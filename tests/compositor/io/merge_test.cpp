@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -30,13 +31,17 @@ film::LayerSet full_set() {
     return set;
 }
 
-std::string part(const std::string& name,
+using Change = std::function<void(film::LayerSet&, film::FileInfo&)>;
+
+std::string crop(const std::string& name,
+                 const image::Window& pixels,
                  uint64_t first,
                  uint64_t end,
-                 const std::function<void(film::LayerSet&, film::FileInfo&)>& change = {}) {
+                 const Change& change = {}) {
     film::LayerSet set = full_set();
     film::FileInfo info;
     info.store_sums = true;
+    info.display = window;
     info.seed = 5;
     info.scene_hash = "scene";
     info.scene_json = R"({"layers": ["s.usda", "--set /K.x=1"]})";
@@ -45,12 +50,16 @@ std::string part(const std::string& name,
         R"({"build": "b", "firstSample": 0, "settings": {"--filter": "box", "--max-depth": "4"}})";
     info.matte_names = {film::test_objects(), {"only"}};
     if (change) change(set, info);
-    film::Film film(window, set);
+    film::Film film(pixels, set);
     film::render(film, first, end);
     const std::string path = film::temporary_file("merge_" + name + ".exr");
     const auto written = film.write(path, info);
     EXPECT_TRUE(written.has_value()) << written.error().message;
     return path;
+}
+
+std::string part(const std::string& name, uint64_t first, uint64_t end, const Change& change = {}) {
+    return crop(name, window, first, end, change);
 }
 
 Result<layers::WriteReport> merge(const std::vector<std::string>& inputs,
@@ -96,6 +105,101 @@ TEST(Merge, GoesOnFromAMergedFile) {
     const auto merged = merge({ab, part("c", 6, 11)}, abc);
     ASSERT_TRUE(merged.has_value()) << merged.error().message;
     EXPECT_EQ(merged->sha256, image::digest_of(*layers::read_layer_file(part("all", 0, 11))));
+}
+
+/// Crops that begin within the tiles of the sums, with other ranges of samples in each.
+TEST(Merge, JoinsCropsAndSampleRanges) {
+    const auto whole = layers::read_layer_file(
+        part("whole", 0, 13, [](auto&, auto& info) { info.store_sums = false; }));
+    const std::string out = film::temporary_file("merge_crops.exr");
+    const std::vector<std::string> inputs = {
+        crop("c0", {0, 0, 7, 10}, 0, 13),  crop("c1", {7, 0, 18, 3}, 0, 5),
+        crop("c2", {7, 0, 18, 3}, 5, 13),  crop("c3", {7, 3, 18, 10}, 0, 8),
+        crop("c4", {7, 3, 17, 10}, 8, 13), crop("c5", {17, 3, 18, 10}, 8, 13)};
+    const auto merged = merge({inputs[4], inputs[2], inputs[0], inputs[5], inputs[1], inputs[3]},
+                              out, {.expected = SampleRange{0, 13}});
+    ASSERT_TRUE(merged.has_value()) << merged.error().message;
+    const auto image = layers::read_layer_file(out);
+    EXPECT_EQ(merged->sha256, image::digest_of(*whole));
+    EXPECT_EQ(image->data, window);
+    EXPECT_EQ(image->text("velatura/samples"), whole->text("velatura/samples"));
+    EXPECT_EQ(image->text("velatura/layers"), whole->text("velatura/layers"));
+    EXPECT_EQ(image->text("cryptomatte/3ae39a5/manifest"),
+              whole->text("cryptomatte/3ae39a5/manifest"));
+    // A merge of some goes on with the others
+    const std::string right = film::temporary_file("merge_right.exr");
+    ASSERT_TRUE(merge({inputs[1], inputs[2], inputs[3], inputs[4], inputs[5]}, right,
+                      {.keep_sums = true, .expected = {}})
+                    .has_value());
+    EXPECT_EQ(layers::read_layer_file(right)->data, (image::Window{7, 0, 18, 10}));
+    EXPECT_EQ(merge({right, inputs[0]}, out)->sha256, image::digest_of(*whole));
+}
+
+TEST(Merge, NamesThePixelsThatCropsLackOrShare) {
+    const std::string out = film::temporary_file("merge_refused.exr");
+    std::filesystem::remove(out);
+    const std::string left = crop("left", {0, 0, 9, 10}, 0, 4);
+
+    struct Case {
+        const char *kind, *says;
+        std::vector<std::string> others;
+        std::optional<image::Window> where;
+    };
+
+    const std::vector<Case> cases = {
+        {"gap",
+         "no file has the samples 0:4 of the pixels 9,7 to 18,10",
+         {crop("upper", {9, 0, 18, 7}, 0, 4)},
+         image::Window{9, 7, 18, 10}},
+        {"gap",
+         "no file has the samples 2:4 of the pixels 9,0 to 18,10",
+         {crop("short", {9, 0, 18, 10}, 0, 2)},
+         image::Window{9, 0, 18, 10}},
+        {"gap",
+         "no file has the samples 1:2 of the pixels 9,0 to 18,10",
+         {crop("one", {9, 0, 18, 10}, 0, 1), crop("two", {9, 0, 18, 10}, 2, 4)},
+         image::Window{9, 0, 18, 10}},
+        {"overlap",
+         "has 0:4 of the pixels 8,0 to 9,10",
+         {crop("wide", {8, 0, 18, 10}, 0, 4)},
+         image::Window{8, 0, 9, 10}},
+        {"window",
+         "are of images with different sizes: pixels 0,0 to 18,10 and 0,0 to 36,20",
+         {crop("large", {9, 0, 18, 10}, 0, 4,
+               [](auto&, auto& info) {
+                   info.display = {0, 0, 36, 20};
+               })},
+         std::nullopt},
+    };
+    for (const Case& c : cases) {
+        std::vector<std::string> inputs = c.others;
+        inputs.push_back(left);
+        MergeReport report;
+        EXPECT_FALSE(merge_files(inputs, out, {}, report).has_value()) << c.says;
+        ASSERT_EQ(report.faults.size(), 1u) << c.says;
+        EXPECT_EQ(report.faults[0].kind, c.kind);
+        EXPECT_NE(report.faults[0].text.find(c.says), std::string::npos) << report.faults[0].text;
+        EXPECT_EQ(report.faults[0].window, c.where) << c.says;
+        EXPECT_FALSE(std::filesystem::exists(out));
+    }
+}
+
+/// Crops place trial paths of their own, of which no file of all can speak.
+TEST(Merge, StatisticsAreThoseThatAllCropsShare) {
+    const auto with_stats = [](const char* json) {
+        return [json](auto&, auto& info) { info.stats_json = json; };
+    };
+    const std::string
+        a = crop(
+            "a", {0, 0, 9, 10}, 0, 4,
+            with_stats(R"({"scene": {"lights": 2}, "splitting": {"paths": 7, "branches": 2}})")),
+        b = crop(
+            "b", {9, 0, 18, 10}, 0, 4,
+            with_stats(R"({"scene": {"lights": 2}, "splitting": {"paths": 8, "branches": 2}})")),
+        out = film::temporary_file("merge_stats.exr");
+    ASSERT_TRUE(merge({a, b}, out).has_value());
+    EXPECT_EQ(layers::read_layer_file(out)->text("velatura/stats"),
+              R"({"scene":{"lights":2},"splitting":{"branches":2}})");
 }
 
 TEST(Merge, RefusesWhatDoesNotFit) {
