@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# The Debian package that cpack makes: component runtime; each library that programs and plugins link is a dependency.
+# The Debian packages that cpack makes: velatura of component runtime, and python3-velatura of component python where the module
+# is built. Each library that programs, plugins and module link is a dependency.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME velatura)
 set(CPACK_PACKAGE_VENDOR Velatura)
@@ -14,7 +15,26 @@ elseif(NOT CPACK_PACKAGE_CONTACT)
 endif()
 set(CPACK_PACKAGE_DIRECTORY ${CMAKE_BINARY_DIR})
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
-set(CPACK_INSTALL_CMAKE_PROJECTS "${CMAKE_BINARY_DIR};velatura;runtime;/")
+set(CPACK_INSTALL_CMAKE_PROJECTS "${CMAKE_BINARY_DIR};velatura;ALL;/")
+set(CPACK_COMPONENTS_ALL runtime)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME velatura)
+if(TARGET velatura_module)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+  # A module is for one version of the interpreter, and opens the plugins of its own build alone
+  get_property(python GLOBAL PROPERTY velatura_python_version)
+  string(REPLACE "." ";" numbers ${python})
+  list(GET numbers 1 minor)
+  math(EXPR next "${minor} + 1")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-velatura)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+    "velatura (= ${PROJECT_VERSION}), python3 (>= ${python}), python3 (<< 3.${next}), python3-numpy")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "")
+  set(CPACK_DEBIAN_PYTHON_DESCRIPTION "Python module of the path tracer velatura
+Opens USD stages, renders them with every option of velatura render, hands
+light layers over as NumPy arrays without a copy, and mixes them.")
+endif()
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
@@ -22,7 +42,7 @@ set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS fonts-dejavu-core)  # of the window
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
-set(CPACK_DEBIAN_PACKAGE_DESCRIPTION "path tracer for USD scenes that writes light layers
+set(CPACK_DEBIAN_RUNTIME_DESCRIPTION "path tracer for USD scenes that writes light layers
 velatura renders a USD scene into an OpenEXR file that holds every bounce and
 every light as a layer of its own; the layers sum to the beauty.
 velatura-comp regrades, denoises, compares and merges such files without

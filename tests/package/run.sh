@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs a Debian package in a fresh Debian 12, uses it there as an ordinary user, and removes it. ./dev package --check
+# Installs Debian packages in a fresh Debian 12, uses them there as an ordinary user, and removes them. ./dev package --check
 # Usage: run.sh --needs     ends with what is missing, if this machine cannot do it
-#        run.sh FILE.deb
+#        run.sh FILE.deb…   velatura, and python3-velatura if it was built
 # The new system is made in build/package/chroot, or $VELATURA_CHROOT, from the mirror that this machine installs from.
 set -euo pipefail
 
@@ -25,8 +25,17 @@ mirror() {
 
 check_needs
 [[ ${1:-} == --needs ]] && exit
-[[ $# -eq 1 && -f $1 ]] || die "expected one .deb file"
-deb=$(realpath "$1")
+[[ $# -ge 1 ]] || die "expected .deb files"
+deb= python_deb=
+for file in "$@"; do
+    [[ -f $file ]] || die "$file: no such file"
+    case $(basename "$file") in
+        velatura_*.deb) deb=$(realpath "$file") ;;
+        python3-velatura_*.deb) python_deb=$(realpath "$file") ;;
+        *) die "$file is neither velatura nor python3-velatura" ;;
+    esac
+done
+[[ -n $deb ]] || die "expected the package velatura"
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 root=${VELATURA_CHROOT:-$PWD/build/package/chroot}
 log=${root%/}.log
@@ -104,10 +113,20 @@ for plugin in openimageio subdivision; do
 done
 sed -n '/^plugins/,/^memory/p' <<<"$plan" | sed '$d'
 
+if [[ -n $python_deb ]]; then
+    say "installing $(basename "$python_deb")"
+    cp "$python_deb" "$root/tmp/"
+    as_root apt-get install -q -y --no-install-recommends "/tmp/$(basename "$python_deb")" >>"$log" 2>&1 || die "apt-get install failed: $(tail -n 5 "$log")"
+    mapfile -t -O "${#listed[@]}" listed < <(as_root dpkg -L python3-velatura | grep -v '^/\.$')
+    cp tests/package/use_module.py "$root/srv/artist/"
+    as_user python3 use_module.py || die "the Python module does not render what the program does"
+    say "the Python module renders what the program does"
+fi
+
 size=$(as_root dpkg-query -W -f '${Installed-Size}' velatura)
 added=$(comm -13 <(echo "$packages_before") <(as_root dpkg-query -W -f '${Package}\n' | sort) | wc -l)
 say "removing it"
-as_root apt-get remove -q -y velatura >>"$log" 2>&1
+as_root apt-get remove -q -y velatura ${python_deb:+python3-velatura} >>"$log" 2>&1
 for file in "${listed[@]}"; do
     if [[ ! -d $root$file && -e $root$file ]]; then die "$file is left"; fi
 done
