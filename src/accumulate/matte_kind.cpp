@@ -5,8 +5,16 @@
 
 namespace velatura::accumulate {
 
+namespace {
+
+constexpr std::array<std::string_view, matte_kinds.size()> layers = {
+    "CryptoObject", "CryptoMaterial", "CryptoAsset"};
+constexpr std::array<std::string_view, matte_kinds.size()> words = {"object", "material", "asset"};
+
+}  // namespace
+
 std::string_view matte_layer(MatteKind kind) {
-    return kind == MatteKind::Object ? "CryptoObject" : "CryptoMaterial";
+    return layers[size_t(kind)];
 }
 
 bool is_matte_layer(std::string_view name) {
@@ -15,7 +23,7 @@ bool is_matte_layer(std::string_view name) {
 }
 
 std::string_view matte_word(MatteKind kind) {
-    return kind == MatteKind::Object ? "object" : "material";
+    return words[size_t(kind)];
 }
 
 }  // namespace velatura::accumulate

@@ -8,17 +8,18 @@
 namespace velatura::accumulate {
 
 /// What mattes can be cut by.
-enum class MatteKind : uint8_t { Object, Material };
+enum class MatteKind : uint8_t { Object, Material, Asset };
 
-inline constexpr std::array matte_kinds = {MatteKind::Object, MatteKind::Material};
+inline constexpr std::array matte_kinds = {MatteKind::Object, MatteKind::Material,
+                                           MatteKind::Asset};
 
-/// "CryptoObject", "CryptoMaterial".
+/// "CryptoObject", "CryptoMaterial", "CryptoAsset".
 std::string_view matte_layer(MatteKind kind);
 
 /// Whether it is one of them.
 bool is_matte_layer(std::string_view name);
 
-/// "object", "material".
+/// "object", "material", "asset".
 std::string_view matte_word(MatteKind kind);
 
 }  // namespace velatura::accumulate

@@ -223,7 +223,7 @@ void declare_layer_options(Command layers, RenderArguments& a) {
         .common();
     layers
         .add_option("--cryptomatte", a.cryptomatte,
-                    "Cryptomattes: object (by prim path), material, or object,material")
+                    "Cryptomattes, separated by commas: object (by prim path), material, asset")
         .type_name("LIST")
         .common();
     layers

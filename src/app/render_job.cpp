@@ -212,8 +212,10 @@ Result<void> choose_layers(const RenderArguments& a, RenderJob& job) {
             std::find_if(accumulate::matte_kinds.begin(), accumulate::matte_kinds.end(),
                          [&](accumulate::MatteKind k) { return matte_word(k) == word; });
         if (kind == accumulate::matte_kinds.end())
-            return usage(fmt::format(
-                "--cryptomatte: expected object, material or object,material, found \"{}\"", word));
+            return usage(
+                fmt::format("--cryptomatte: expected object, material, asset, or several of them "
+                            "with commas, found \"{}\"",
+                            word));
         layers.mattes[size_t(*kind)] = true;
     }
     return {};

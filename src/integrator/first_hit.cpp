@@ -16,7 +16,8 @@ void record_first_hit(const TracerContext& context,
     if (context.options.mattes) {
         scene::count_call(scene::Effect::IdMattes);
         out.matte_ids = {context.options.mattes->object(point),
-                         context.options.mattes->material(point)};
+                         context.options.mattes->material(point),
+                         context.options.mattes->asset(point)};
     }
     if (context.options.deep) {
         scene::count_call(scene::Effect::DeepSamples);

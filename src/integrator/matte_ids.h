@@ -19,25 +19,36 @@ class MatteIds {
     /// Of the prim that the surface belongs to; of an instance, whose prim is the one that places
     /// it. 0: nobody knows it.
     uint32_t object(const geometry::SurfacePoint& point) const {
-        const scene::ProvenanceId id = point.instance == scene::none
-                                           ? point.provenance
-                                           : scene_.instances[point.instance].provenance;
+        const scene::ProvenanceId id = placing_prim(point);
         return id < of_provenance_.size() ? of_provenance_[id] : 0;
     }
 
     uint32_t material(const geometry::SurfacePoint& point) const {
-        return point.material == scene::none ? without_material_ : of_material_[point.material];
+        return point.material == scene::none ? without_name_ : of_material_[point.material];
     }
 
-    /// What a surface without a material goes by.
-    static constexpr const char* no_material = "default";
+    /// Of what the prim of object() is part of.
+    uint32_t asset(const geometry::SurfacePoint& point) const {
+        const scene::ProvenanceId id = placing_prim(point);
+        const uint32_t found =
+            id < scene_.provenance.size() ? scene_.provenance[id].asset : scene::none;
+        return found == scene::none ? without_name_ : of_asset_[found];
+    }
+
+    /// What a surface without a material, or of no asset, goes by.
+    static constexpr const char* no_name = "default";
 
     layers::MatteNames names() const;
 
   private:
+    scene::ProvenanceId placing_prim(const geometry::SurfacePoint& point) const {
+        return point.instance == scene::none ? point.provenance
+                                             : scene_.instances[point.instance].provenance;
+    }
+
     const scene::Scene& scene_;
-    std::vector<uint32_t> of_provenance_, of_material_;
-    uint32_t without_material_;
+    std::vector<uint32_t> of_provenance_, of_material_, of_asset_;
+    uint32_t without_name_;
 };
 
 }  // namespace velatura::integrator

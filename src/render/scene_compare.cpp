@@ -222,9 +222,9 @@ auto members(const scene::RenderSettings& v) {
 
 /// Not the place in a file.
 auto members(const scene::Provenance& v) {
-    const auto& [a, loc] = v;
+    const auto& [a, loc, b] = v;
     (void)loc;
-    return std::tie(a);
+    return std::tie(a, b);
 }
 
 template <class T>
@@ -335,12 +335,12 @@ bool is_same(const scene::Camera& a, const scene::Camera& b) {
 const char* fixed_difference(const scene::Scene& x, const scene::Scene& y) {
     const auto& [a_shapes, a_prototypes, a_instances, a_materials, a_textures, a_patterns,
                  a_primvars, a_lights, a_mesh_lights, a_volumes, a_fields, a_linking, a_casters,
-                 a_groups, a_camera, a_settings, a_provenance, a_notes, a_moments, a_found, a_unit,
-                 a_rate, a_values] = x;
+                 a_groups, a_camera, a_settings, a_provenance, a_assets, a_notes, a_moments,
+                 a_found, a_unit, a_rate, a_values] = x;
     const auto& [b_shapes, b_prototypes, b_instances, b_materials, b_textures, b_patterns,
                  b_primvars, b_lights, b_mesh_lights, b_volumes, b_fields, b_linking, b_casters,
-                 b_groups, b_camera, b_settings, b_provenance, b_notes, b_moments, b_found, b_unit,
-                 b_rate, b_values] = y;
+                 b_groups, b_camera, b_settings, b_provenance, b_assets, b_notes, b_moments,
+                 b_found, b_unit, b_rate, b_values] = y;
     // What was found in the stage is for messages alone
     (void)a_notes, (void)b_notes, (void)a_found, (void)b_found;
     if (!a_moments.empty() || !b_moments.empty()) return "motion vectors";
@@ -348,6 +348,7 @@ const char* fixed_difference(const scene::Scene& x, const scene::Scene& y) {
     if (!same(a_settings, b_settings)) return "render settings";
     if (!same(a_unit, b_unit) || !same(a_rate, b_rate)) return "units of the stage";
     if (!same(a_provenance, b_provenance)) return "prims";
+    if (!same(a_assets, b_assets)) return "names of assets";
     if (a_shapes.size() != b_shapes.size()) return "number of shapes";
     if (a_instances.size() != b_instances.size()) return "number of instances";
     if (a_materials.size() != b_materials.size()) return "number of materials";

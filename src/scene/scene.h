@@ -31,6 +31,7 @@ namespace velatura::scene {
 struct Provenance {
     std::string prim_path;
     SourceLoc loc;
+    uint32_t asset = none;  ///< of Scene::assets; none: it is part of none
 };
 
 /// Shapes that are placed together many times.
@@ -95,6 +96,7 @@ struct Scene {
     Camera camera;
     RenderSettings settings;
     std::vector<Provenance> provenance;
+    std::vector<std::string> assets;  ///< names of what is modeled as a whole
     std::vector<EffectNote> effect_notes;
     /// What motion vectors need to know; empty unless they are wanted.
     std::vector<Moment> moments;

@@ -145,6 +145,7 @@ constexpr TokenChoice choices[] = {
 constexpr ExtraName names_beside_schemas[] = {
     {"", "velatura:shadow:caster"},
     {"", "primvars:velatura:matte"},
+    {"", "primvars:crypto_asset"},
     {"", "primvars:velatura:visibility:camera"},
     {"", "primvars:velatura:visibility:shadow"},
     {"", "primvars:velatura:visibility:diffuse"},

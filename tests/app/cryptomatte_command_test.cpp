@@ -85,6 +85,50 @@ TEST_F(CryptomatteCommand, IsWhatTheSamplesMeetOneByOne) {
     EXPECT_EQ(found.size(), met.size());
 }
 
+/// Components, and names that prims have: of instances, of the prims that place them.
+TEST_F(CryptomatteCommand, AssetsAreWhatIsModeledAsAWhole) {
+    w.write("assets.usda", R"usda(#usda 1.0
+(
+    subLayers = [@s.usda@]
+)
+over "W"
+{
+    over "First" (kind = "component")
+    {
+    }
+    over "Proto" (kind = "component")
+    {
+    }
+    over "Ball"
+    {
+        string primvars:crypto_asset = "toy"
+    }
+}
+)usda");
+    const CommandResult r = w.velatura(
+        "render assets.usda -o assets.exr --res 40 40 --max-depth 2 --progress none --spp 4 -q "
+        "--cryptomatte object,asset");
+    ASSERT_EQ(r.exit_code, 0) << r.output;
+    const image::Image image = *image::read_exr(w.path("assets.exr"));
+    const CryptomatteDecoder objects(image, "CryptoObject"), assets(image, "CryptoAsset");
+    std::vector<std::string> names;
+    for (const auto& [name, id] : assets.manifest) names.push_back(name);
+    EXPECT_EQ(names,
+              (std::vector<std::string>{"/W/First", "/W/Proto", "/W/Second", "default", "toy"}));
+    const auto expect_same = [](const std::vector<float>& a, const std::vector<float>& b) {
+        ASSERT_EQ(a.size(), b.size());
+        for (size_t i = 0; i < a.size(); ++i) EXPECT_NEAR(a[i], b[i], 1e-6f) << i;
+    };
+    for (const char* instance : {"/W/First", "/W/Second"})
+        expect_same(assets.matte(instance), objects.matte(instance));
+    expect_same(assets.matte("toy"), objects.matte("/W/Ball"));
+    std::vector<float> proto = objects.matte("/W/Proto/Body");
+    const std::vector<float> head = objects.matte("/W/Proto/Head");
+    for (size_t i = 0; i < proto.size(); ++i) proto[i] += head[i];
+    expect_same(assets.matte("/W/Proto"), proto);
+    expect_same(assets.total(), objects.total());
+}
+
 TEST_F(CryptomatteCommand, NamesAndAreasAreThoseOfTheScene) {
     const image::Image image = render("--filter box --spp 64 --cryptomatte object,material");
     const CryptomatteDecoder objects(image, "CryptoObject"), materials(image, "CryptoMaterial");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/context/context.h"
 
+#include "translate/context/values.h"
 #include "usd/stage/imageable.h"
 
 #include <utility>
@@ -38,8 +39,32 @@ void Context::note_not_simulated(scene::Effect effect, Prim prim, std::string_vi
 }
 
 scene::ProvenanceId Context::provenance(Prim prim) {
-    scene.provenance.push_back({prim.path_string(), prim.loc()});
+    scene.provenance.push_back({prim.path_string(), prim.loc(), asset_of(prim)});
     return scene::ProvenanceId(scene.provenance.size() - 1);
+}
+
+/// Of what the prim itself is called, or begins as a whole.
+std::string Context::own_asset(Prim prim) const {
+    const Attribute attribute = prim.attribute("primvars:crypto_asset");
+    const std::string name =
+        attribute.has_authored_value() ? read_text(attribute, "", time) : std::string();
+    return name.empty() && prim.kind() == "component" ? prim.path_string() : name;
+}
+
+uint32_t Context::asset_of(Prim prim) {
+    if (const std::string name = own_asset(prim); !name.empty()) {
+        const auto next = uint32_t(scene.assets.size());
+        const auto [at, is_new] = asset_numbers_.try_emplace(name, next);
+        if (is_new) scene.assets.push_back(name);
+        return at->second;
+    }
+    const Prim parent = prim.parent();
+    if (!parent || parent.is_pseudo_root()) return scene::none;
+    if (const auto at = asset_of_parent_.find(parent.path()); at != asset_of_parent_.end())
+        return at->second;
+    const uint32_t asset = asset_of(parent);
+    asset_of_parent_.emplace(parent.path(), asset);
+    return asset;
 }
 
 bool Context::is_outside_prototype(const Prim& prim) const {

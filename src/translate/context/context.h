@@ -8,6 +8,7 @@
 #include "usd/stage/collection.h"
 #include "usd/stage/stage.h"
 
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -100,7 +101,14 @@ struct Context {
                      Prim prim,
                      std::string_view why);
 
+    std::string own_asset(Prim prim) const;
+    /// Of Scene::assets: the nearest of the prim and those above it that has a
+    /// primvars:crypto_asset, or is of kind component.
+    uint32_t asset_of(Prim prim);
+
     ModuleStates states_;
+    std::map<usd::layer::Path, uint32_t> asset_of_parent_;
+    std::map<std::string, uint32_t> asset_numbers_;
 };
 
 }  // namespace context
