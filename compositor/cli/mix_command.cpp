@@ -27,7 +27,7 @@ namespace {
 
 struct MixOptions {
     std::vector<std::string> inputs;
-    std::string output, save_preset, display, view, stereo, frames;
+    std::string output, save_preset, display, view, stereo, frames, plate;
     LookOptions look;
     ImageStorageOptions storage;
     double memory_gb = 4;
@@ -116,7 +116,7 @@ int mix_file(const MixOptions& o, const mix::MixJob& job) {
         const std::string output =
             has_frame ? frame_path(o.output, *o.look.frame) : names.output(o.output);
         const auto mixed = mix::mix_one(job, o.inputs, output, o.look.frame,
-                                        std::min(share.strip_bytes, job.memory_bytes / 4));
+                                        std::min(share.strip_bytes, job.memory_bytes / 4), o.plate);
         if (!mixed) return report(mixed.error());
         for (const std::string& warning : *mixed) warn(warning);
         return int(done);
@@ -132,6 +132,10 @@ int run_mix(const MixOptions& o) {
         return report({"bad-output",
                        "--with-layers keeps the types of the file: as halves the layers would no "
                        "longer add up to the mix; remove --depth half"});
+    if (o.with_layers && !o.plate.empty())
+        return report({"bad-output",
+                       "--with-layers and --plate cannot be combined: no layers add up to an image "
+                       "with its plate"});
     auto look = o.look.look();
     if (!look) return report(look.error());
     if (!o.display.empty()) look->display = o.display;
@@ -146,6 +150,7 @@ int run_mix(const MixOptions& o) {
     job.view = o.stereo;
     job.output = o.output;
     job.look = *look;
+    job.plate = o.plate;
     job.with_layers = o.with_layers;
     job.storage = *storage;
     job.is_lenient = o.look.is_lenient;
@@ -181,6 +186,13 @@ void add_mix_command(Command& app, std::function<int()>& run) {
     command.add_option("--save-preset", o->save_preset, "Preset file to write, JSON")
         .type_name("FILE")
         .writes();
+    command
+        .add_option(
+            "--plate", o->plate,
+            "Scene-linear .exr of the same size, or plate.####.exr, to lay the mix over: the "
+            "layers of catchers put their shadows and reflections on it")
+        .type_name("FILE")
+        .reads();
     add_stereo_option(command, o->stereo);
     command.add_option("--display", o->display, "OpenColorIO display, except for .exr")
         .type_name("NAME");

@@ -9,6 +9,7 @@
 #include "compositor/mix/layer_outcomes.h"
 #include "compositor/mix/mix.h"
 #include "compositor/mix/mix_plan.h"
+#include "compositor/mix/plate.h"
 #include "image/digest.h"
 #include "layers/cryptomatte.h"
 #include "layers/layer_file.h"
@@ -99,7 +100,8 @@ FrameOutcome mix_frame(const MixJob& job, int frame, size_t strip_bytes) {
         return outcome;
     }
     try {
-        auto mixed = mix_one(job, inputs, outcome.output, double(frame), strip_bytes);
+        auto mixed = mix_one(job, inputs, outcome.output, double(frame), strip_bytes,
+                             frame_file(job.plate, frame));
         if (mixed) {
             outcome.warnings = std::move(*mixed);
         } else {
@@ -135,7 +137,8 @@ Result<std::vector<std::string>> mix_one(const MixJob& job,
                                          const std::vector<std::string>& inputs,
                                          const std::string& output,
                                          std::optional<double> frame,
-                                         size_t strip_bytes) {
+                                         size_t strip_bytes,
+                                         const std::string& plate) {
     std::vector<std::string> warnings;
     const auto opened = open_input(inputs, job.view, job.look.input_space);
     if (!opened) return opened.error();
@@ -172,8 +175,8 @@ Result<std::vector<std::string>> mix_one(const MixJob& job,
 
     const bool is_linear = is_exr(output);
     std::vector<NotFiniteLayer> not_finite;
-    const auto mixed = mix_file(file, layout, *plan, look, job.with_layers && is_linear,
-                                &not_finite, strip_bytes, job.storage.type);
+    auto mixed = mix_file(file, layout, *plan, look, job.with_layers && is_linear, &not_finite,
+                          strip_bytes, job.storage.type);
     if (!mixed) return mixed.error();
     if (!not_finite.empty() && job.is_strict)
         return Error{"not-finite",
@@ -181,6 +184,12 @@ Result<std::vector<std::string>> mix_one(const MixJob& job,
     for (const NotFiniteLayer& layer : not_finite)
         warnings.push_back(fmt::format("{}: {} and {}", input, describe(layer, job.storage.type),
                                        layer.layer.empty() ? "are infinite" : "are set to 0"));
+
+    if (!plate.empty()) {
+        const auto laid =
+            lay_on_plate(*mixed, file, layout, *plan, look, plate, strip_bytes, warnings);
+        if (!laid) return laid.error();
+    }
 
     std::vector<std::string> of_display;
     const auto written = is_linear

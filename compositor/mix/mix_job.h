@@ -19,7 +19,8 @@ struct MixJob {
     std::string output;  ///< .exr or a display image; all may be sequences (base/frames.h)
     std::string view;    ///< of a stereo file; empty: the first
     Look look;
-    bool with_layers = false;               ///< only to .exr
+    std::string plate;                      ///< .exr under the mix (plate.h); empty: none
+    bool with_layers = false;               ///< only to .exr, without a plate
     ImageStorage storage;                   ///< of the output
     bool is_lenient = false;                ///< leaves out what the file lacks
     bool is_strict = false;                 ///< refuses values that are not finite
@@ -37,14 +38,15 @@ struct MemoryShare {
 MemoryShare share_memory(const MixJob& job, const std::vector<int>& frames);
 
 /// Mixes one frame and writes the result under a temporary name, renamed when it is whole. Returns:
-/// warnings. `frame` is where keys of the look are read.
+/// warnings. `frame` is where keys of the look are read; plate: of that frame.
 /// Errors: "no-frame" (keys and no frame), "not-finite" (strict), and those of opening, planning
 /// and writing.
 Result<std::vector<std::string>> mix_one(const MixJob& job,
                                          const std::vector<std::string>& inputs,
                                          const std::string& output,
                                          std::optional<double> frame,
-                                         size_t strip_bytes);
+                                         size_t strip_bytes,
+                                         const std::string& plate = {});
 
 /// What became of a frame.
 struct FrameOutcome {

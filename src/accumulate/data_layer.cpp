@@ -26,6 +26,8 @@ constexpr std::array<SourceFacts, data_source_count> sources = {{
     {"Z", "-", false},
     {"st", "UV", false},
     {"elementId", "-", false},
+    {"catcher", "RGB", true},
+    {"plate", "RGB", true},
     {"forward", "uv", false},
     {"backward", "uv", false},
     {"shutterMotion", "uv", false},

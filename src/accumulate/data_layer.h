@@ -9,7 +9,8 @@
 
 namespace velatura::accumulate {
 
-/// What a data layer holds of the first surface that a camera sample meets.
+/// What a data layer holds of the first surface that a camera sample meets; of catchers their
+/// light.
 enum class DataSource : uint8_t {
     Primvar,         ///< DataLayer::primvar
     Albedo,          ///< directional albedo
@@ -21,6 +22,8 @@ enum class DataSource : uint8_t {
     Depth,           ///< along the view
     Texture,         ///< texture coordinates
     Element,         ///< index of the authored face, curve or point
+    Catcher,         ///< light of catchers as they stand in the scene
+    Plate,           ///< the same without everything else, as a plate shows them
     Motion,          ///< pixels that the point moves until the next frame
     BackwardMotion,  ///< pixels to where it was one frame earlier
     ShutterMotion,   ///< pixels that it moves while the shutter is open
@@ -43,6 +46,7 @@ struct DataLayer {
     std::string name;
     DataSource source = DataSource::Position;
     std::string primvar;  ///< name of DataSource::Primvar
+    std::string group;    ///< the light group whose part of a catcher's light it is; empty: all
     DataFilter filter = DataFilter::Average;
     std::string suffixes;  ///< of the channels, one letter each, 1 … 4; one '-': none
     bool is_half = false;  ///< stored as half where no value overflows
@@ -59,6 +63,10 @@ struct DataLayer {
     uint32_t accumulators() const { return is_summed() ? 2 : 0; }
 
     bool is_motion() const { return source >= DataSource::Motion; }
+
+    bool is_of_catchers() const {
+        return source == DataSource::Catcher || source == DataSource::Plate;
+    }
 
     /// Name of a channel in files.
     std::string channel(size_t i) const;

@@ -27,6 +27,7 @@ bool parse_named_data(const nlohmann::json& list, LayerSet& set) {
         DataLayer layer;
         layer.name = d.at("name").get<std::string>();
         layer.primvar = d.at("primvar").get<std::string>();
+        layer.group = d.value("group", std::string());
         const auto source = d.at("source").get<std::string>();
         const auto found = find_data_source(source);
         const auto filter = find_data_filter(d.at("filter").get<std::string>());
@@ -97,7 +98,7 @@ std::string LayerSet::to_json() const {
     j["data"] = data_layers;
     for (const DataAlias& a : data_aliases)
         j["aliases"].push_back({{"name", a.name}, {"of", a.of}});
-    for (const DataLayer& d : named_data)
+    for (const DataLayer& d : named_data) {
         j["namedData"].push_back({{"name", d.name},
                                   {"source", name_of(d.source)},
                                   {"primvar", d.primvar},
@@ -105,6 +106,8 @@ std::string LayerSet::to_json() const {
                                   {"channels", d.suffixes},
                                   {"half", d.is_half},
                                   {"premultiplied", d.is_premultiplied}});
+        if (!d.group.empty()) j["namedData"].back()["group"] = d.group;
+    }
     j["halves"] = halves;
     j["float"] = float_layers;
     j["mattes"] = nlohmann::ordered_json::array();

@@ -105,6 +105,11 @@ struct LayerSet {
                            [](const DataLayer& d) { return d.is_motion(); });
     }
 
+    bool has_catcher_data() const {
+        return std::any_of(named_data.begin(), named_data.end(),
+                           [](const DataLayer& d) { return d.is_of_catchers(); });
+    }
+
     /// Filters of those named data layers that are not sums, in their order.
     std::vector<DataFilter> picking_filters() const;
 

@@ -74,6 +74,7 @@ std::map<std::string, std::string> stored_layers(const film::LayerSet& set) {
           "sampleCount", "variance", "invalid", "R", "G", "B", "A"})
         names.emplace(data, "");
     for (const accumulate::DataAlias& a : set.data_aliases) names.emplace(a.name, "");
+    for (const accumulate::DataLayer& d : set.named_data) names.emplace(d.name, "");
     return names;
 }
 

@@ -70,6 +70,22 @@ SampleRadiance::SampleRadiance(const LayerSet& set)
       clamp_indirect_(set.clamp_indirect),
       values_(table_.count()) {
     data.resize(set.named_data.size());
+    if (!set.has_catcher_data()) return;
+    LayerSet by_groups;
+    by_groups.groups = set.groups;
+    by_groups.bounce_layers = by_groups.data_layers = false;
+    catcher_parts_.assign(2, SampleRadiance(by_groups));
+}
+
+void SampleRadiance::begin_catcher() {
+    meets_catcher_ = true;
+    for (SampleRadiance& part : catcher_parts_) part.clear();
+    catcher().has_hit = true;  // its data are not those of the sample
+}
+
+Rgb SampleRadiance::radiance_of(int group) const {
+    const accumulate::Triple& v = values_[table_.group(group)].sum;
+    return Rgb(float(v.x), float(v.y), float(v.z));
 }
 
 bool SampleRadiance::fits_floats() const {
@@ -193,7 +209,7 @@ void SampleRadiance::clear() {
     touched_.clear();
     if (labels_) labels_->begin();
     bad_ = BadSampleReason::None;
-    has_branches_ = false;
+    has_branches_ = meets_catcher_ = false;
     weight = 1.0f;
     alpha = 0.0f;
     has_hit = false;

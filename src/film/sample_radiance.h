@@ -50,14 +50,37 @@ class SampleRadiance {
         if (bad_ == BadSampleReason::None) bad_ = reason;
     }
 
+    /// From here on the sample is one of a catcher, whose light is deposited in catcher() and
+    /// plate(), both empty now. Only where the layer set has has_catcher_data().
+    void begin_catcher();
+
+    bool meets_catcher() const { return meets_catcher_; }
+
+    /// Light of the catcher in the scene.
+    SampleRadiance& catcher() { return catcher_parts_[0]; }
+
+    /// Light of the catcher without everything that is none.
+    SampleRadiance& plate() { return catcher_parts_[1]; }
+
+    /// What of radiance() came from the group; only where the layer set has group_layers alone.
+    Rgb radiance_of(int group) const;
+
     bool is_bad() const { return bad_reason() != BadSampleReason::None; }
 
     BadSampleReason bad_reason() const {
+        if (bad_ == BadSampleReason::None && meets_catcher_)
+            for (const SampleRadiance& part : catcher_parts_)
+                if (part.is_bad()) return part.bad_reason();
         return bad_ == BadSampleReason::None && !fits_floats() ? BadSampleReason::Infinite : bad_;
     }
 
     /// The sum of all that was added since clear().
     Rgb radiance() const;
+
+    /// radiance(), or the light of the catcher: what a sample's noise is in.
+    Rgb light_seen() const {
+        return meets_catcher_ ? radiance() + catcher_parts_[0].radiance() : radiance();
+    }
 
     /// From here on, what is added comes by branches of the path.
     void begin_branches() {
@@ -134,6 +157,8 @@ class SampleRadiance {
     accumulate::Triple prefix_ = {};  ///< what came before the branches
     bool has_branches_ = false;
     BadSampleReason bad_ = BadSampleReason::None;
+    std::vector<SampleRadiance> catcher_parts_;  ///< with a catcher and of the plate, or none
+    bool meets_catcher_ = false;
 };
 
 }  // namespace velatura::film

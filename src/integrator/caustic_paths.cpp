@@ -61,7 +61,7 @@ bool has_too_many_shapes(const World& world) {
 std::string CausticPaths::why_not(const World& world, const PathTracerOptions& options) {
     if (world.volumes || world.interior_media) return "the scene has volumes or interior media";
     if (world.tells_rays_apart)
-        return "some geometry is a matte, or is invisible to some kinds of rays";
+        return "some geometry is a matte or a catcher, or is invisible to some kinds of rays";
     if (world.has_custom_shadows) return "a light has shadow linking or UsdLuxShadowAPI settings";
     if (world.has_lobe_multipliers) return "a light has diffuse or specular multipliers";
     if (options.estimator.light_sampling != LightSampling::Mis ||

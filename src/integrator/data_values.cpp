@@ -31,10 +31,14 @@ Vec3 world_position(const World& world, const Vec3& p) {
 }  // namespace
 
 DataValues::DataValues(const World& world, const film::LayerSet& layers) : world_(world) {
-    for (const accumulate::DataLayer& d : layers.named_data)
-        layers_.push_back({d.source, d.source == DataSource::Primvar
-                                         ? scene::find_primvar(world.scene, d.primvar)
-                                         : scene::none});
+    for (const accumulate::DataLayer& d : layers.named_data) {
+        Layer layer{d.source};
+        if (d.source == DataSource::Primvar)
+            layer.primvar = scene::find_primvar(world.scene, d.primvar);
+        for (int g = 0; g < layers.group_count(); ++g)
+            if (!d.group.empty() && layers.groups[size_t(g)].name == d.group) layer.group = g;
+        layers_.push_back(layer);
+    }
     if (layers.has_motion_data()) motion_.emplace(world);
 }
 
@@ -80,6 +84,9 @@ void DataValues::record_surface(const geometry::SurfacePoint& point,
             case DataSource::Element:
                 set(value, Vec3(float(point.face), 0.0f, 0.0f));
                 break;
+            case DataSource::Catcher:
+            case DataSource::Plate:
+                break;
             case DataSource::Motion:
             case DataSource::BackwardMotion:
             case DataSource::ShutterMotion:
@@ -103,6 +110,18 @@ void DataValues::record_collision(const Vec3& p,
             set(value, to_float(world_.camera.to_camera(Vec3d(p))));
         if (source == DataSource::Depth) set(value, Vec3(depth, 0.0f, 0.0f));
         if (source >= DataSource::Motion) set(value, motion_->of_place(source, p));
+    }
+}
+
+void DataValues::record_catcher(film::SampleRadiance& out) const {
+    for (size_t i = 0; i < layers_.size(); ++i) {
+        const Layer& layer = layers_[i];
+        if (layer.source != DataSource::Catcher && layer.source != DataSource::Plate) continue;
+        const film::SampleRadiance& light =
+            layer.source == DataSource::Catcher ? out.catcher() : out.plate();
+        const Rgb radiance =
+            layer.group == all_groups ? light.radiance() : light.radiance_of(layer.group);
+        set(out.data[i], Vec3(radiance));
     }
 }
 

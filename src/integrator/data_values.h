@@ -30,13 +30,19 @@ class DataValues {
     /// Of a ray that meets nothing: what is infinitely far moves with the camera.
     void record_background(const Vec3& direction, film::SampleRadiance& out) const;
 
+    /// Of a sample that meets a catcher.
+    void record_catcher(film::SampleRadiance& out) const;
+
     /// Whether the background has values.
     bool has_background() const { return motion_.has_value(); }
 
   private:
+    static constexpr int all_groups = -1;
+
     struct Layer {
         accumulate::DataSource source;
         scene::PrimvarId primvar = scene::none;
+        int group = all_groups;
     };
 
     const World& world_;

@@ -228,6 +228,11 @@ void find_mattes(EffectFindings& found) {
     if (set != scene::none) find_in_set(found, set, true, "matte: held out of the image");
 }
 
+void find_catchers(EffectFindings& found) {
+    const scene::LinkSetId set = found.scene.linking.catchers;
+    if (set != scene::none) find_in_set(found, set, true, "catcher: its light is in layers alone");
+}
+
 constexpr std::array rules = {
     EffectRule{Effect::SurfaceEmission, find_surface_emission,
                [](scene::Scene& s) {
@@ -262,6 +267,8 @@ constexpr std::array rules = {
     EffectRule{Effect::RayVisibility, find_ray_visibility, forget_ray_visibility},
     EffectRule{Effect::Mattes, find_mattes,
                [](scene::Scene& s) { s.linking.mattes = scene::none; }},
+    EffectRule{Effect::Catchers, find_catchers,
+               [](scene::Scene& s) { s.linking.catchers = scene::none; }},
 };
 
 }  // namespace

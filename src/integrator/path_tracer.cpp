@@ -29,7 +29,23 @@ PathTracer::PathTracer(const World& world,
       hits_(context_),
       direct_(context_),
       attribution_(context_, hits_),
-      volume_(context_, hits_, direct_, attribution_) {}
+      volume_(context_, hits_, direct_, attribution_) {
+    if (!world.plate || !layers.has_catcher_data()) return;
+    film::LayerSet groups;
+    groups.groups = layers.groups;
+    groups.bounce_layers = groups.data_layers = false;
+    // What was learned of the scene is not true of its plate
+    PathTracerOptions of_plate = options;
+    of_plate.guide = nullptr;
+    of_plate.branches = nullptr;
+    of_plate.roulette = nullptr;
+    of_plate.mattes = nullptr;
+    of_plate.caustic_paths = nullptr;
+    of_plate.caustics = nullptr;
+    of_plate.deep = false;
+    of_plate.is_plate = true;
+    plate_ = std::make_unique<const PathTracer>(*world.plate, groups, of_plate);
+}
 
 void PathTracer::trace(int x,
                        int y,
@@ -67,13 +83,14 @@ void PathTracer::trace(int x,
     ++counts.paths;
     ++counts.camera;
     follow(path, out);
+    if (out.meets_catcher()) context_.data.record_catcher(out);
     if (context_.data.has_background() && !out.has_hit)
         context_.data.record_background(first.d, out);
 }
 
 void PathTracer::follow(Path& path, film::SampleRadiance& out) const {
-    const bool has_insides =
-        world_.nested || world_.subsurface || world_.interior_media || world_.tells_rays_apart;
+    const bool has_insides = world_.nested || world_.subsurface || world_.interior_media ||
+                             world_.tells_rays_apart || context_.options.is_plate;
     if (has_insides)
         follow_through<true>(path, out);
     else
@@ -81,15 +98,19 @@ void PathTracer::follow(Path& path, film::SampleRadiance& out) const {
 }
 
 /// has_insides: solids displace each other, have a medium in them or no surface, light scatters
-/// below surfaces, or something is invisible to rays of a kind, or a matte.
+/// below surfaces, something is invisible to rays of a kind, a matte or a catcher, or all of it is
+/// a plate.
 template <bool has_insides>
-void PathTracer::follow_through(Path& path, film::SampleRadiance& out) const {
+void PathTracer::follow_through(Path& path, film::SampleRadiance& sample) const {
     RayCounts& counts = *path.counts;
     PathObserver* const observer = path.observer;
     const bool has_absorption = keeps_interior(world_);
     std::optional<NestedDielectrics::Crossing> storage;
     const char* end = "escaped";
+    film::SampleRadiance* target = &sample;  // of a catcher another one
+    bool is_of_catcher = false;
     while (true) {
+        film::SampleRadiance& out = *target;
         const geometry::Hit hit = has_insides ? world_.intersect(path.ray, path.kind)
                                               : world_.accelerator->intersect(path.ray);
 
@@ -126,20 +147,29 @@ void PathTracer::follow_through(Path& path, film::SampleRadiance& out) const {
             end = "hit a matte object";
             break;
         }
+        if (has_insides && !is_of_catcher && is_catcher(path, point)) {
+            if (!context_.options.is_plate && !plate_) {
+                end = "hit a catcher";
+                break;
+            }
+            is_of_catcher = true;
+            target = &begin_catcher(path, sample);
+        }
 
+        film::SampleRadiance& light = *target;
         const Vec3 wo = -path.ray.d;
         const std::optional<geometry::SurfacePoint> moved =
             leaving_point(world_, point, wo, counts.shadow);
         const geometry::SurfacePoint& start = moved ? *moved : crossing ? crossing->point : point;
         const shading::Bsdf bsdf = world_.materials.make_bsdf(
             start, wo, path.cone_width, crossing ? crossing->surrounding_index : 1.0f);
-        if (path.bounce == 0 && !out.has_hit) record_first_hit(context_, point, bsdf, out);
+        if (path.bounce == 0 && !light.has_hit) record_first_hit(context_, point, bsdf, light);
 
-        hits_.add_emission(path, point, wo, out);
+        hits_.add_emission(path, point, wo, light);
 
         const Vertex met{start, bsdf, wo,
                          DirectionMixture(bsdf, wo, start.p, context_.options.guide), crossing};
-        if (context_.credits_casters(path.bounce)) attribution_.credit_surface(path, met, out);
+        if (context_.credits_casters(path.bounce)) attribution_.credit_surface(path, met, light);
         if (path.bounce >= context_.depth_limit) {
             // What passes straight is not scattered
             if (pass_straight(context_, path, met)) continue;
@@ -154,13 +184,13 @@ void PathTracer::follow_through(Path& path, film::SampleRadiance& out) const {
             break;
         }
         const Vertex& vertex = has_insides && emerged ? emerged->vertex : met;
-        direct_.add(path, vertex, out);
-        if (context_.options.caustics) add_caustics(context_, path, vertex, out);
+        direct_.add(path, vertex, light);
+        if (context_.options.caustics) add_caustics(context_, path, vertex, light);
         if (path.branches > 1 && vertex.bsdf.has_non_delta()) {
-            split_path(path, vertex, out);
+            split_path(path, vertex, light);
             return;
         }
-        if (const char* const why = continue_path(path, vertex, out)) {
+        if (const char* const why = continue_path(path, vertex, light)) {
             end = why;
             break;
         }
@@ -175,6 +205,43 @@ bool PathTracer::is_matte(const Path& path, const geometry::SurfacePoint& point)
         return false;
     count_call(Effect::Mattes);
     return true;
+}
+
+/// Whether the camera sees a catcher there, which begins the light of a sample of its own.
+bool PathTracer::is_catcher(const Path& path, const geometry::SurfacePoint& point) const {
+    if (context_.options.is_plate) return path.bounce == 0;
+    if (!world_.catchers || path.kind != scene::RayKind::Camera) return false;
+    if (!world_.catchers->holds(scene::link_class(world_.scene, point.instance, point.shape)))
+        return false;
+    count_call(Effect::Catchers);
+    return true;
+}
+
+/// Returns: where the light goes from here on.
+film::SampleRadiance& PathTracer::begin_catcher(const Path& path, film::SampleRadiance& out) const {
+    if (context_.options.is_plate) {
+        // What lies before the surface is seen by the camera, plate or not
+        out.clear();
+        out.has_hit = true;
+        return out;
+    }
+    out.begin_catcher();
+    plate_->trace_plate(path, out.plate());
+    return out.catcher();
+}
+
+/// The light of the plate where the camera's path meets a catcher, with the random numbers and the
+/// weight of that path. path: of the whole scene, at its first surface.
+void PathTracer::trace_plate(const Path& path, film::SampleRadiance& out) const {
+    Path camera(path.sampler, *path.counts, nullptr);
+    const float before = path.traveled + path.segment_t;
+    camera.ray = {path.straight_o, path.ray.d, path.traveled + path.ray.t_max, path.ray.time};
+    camera.beta = path.beta;
+    camera.cone_spread = path.cone_spread;
+    camera.cone_width = path.cone_width - path.cone_spread * before;
+    camera.receiver.p = camera.straight_o = path.straight_o;
+    follow(camera, out);
+    if (!out.has_hit) out.clear();
 }
 
 /// What came by the path so far is shared by all branches; each goes on with its share and with

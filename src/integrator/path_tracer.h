@@ -8,6 +8,7 @@
 #include "integrator/volume_segment.h"
 
 #include <cstdint>
+#include <memory>
 
 namespace velatura::integrator {
 
@@ -42,6 +43,9 @@ class PathTracer {
                             const shading::BsdfSample& sample,
                             shading::BsdfValue& value) const;
     bool is_matte(const Path& path, const geometry::SurfacePoint& point) const;
+    bool is_catcher(const Path& path, const geometry::SurfacePoint& point) const;
+    film::SampleRadiance& begin_catcher(const Path& path, film::SampleRadiance& out) const;
+    void trace_plate(const Path& camera_path, film::SampleRadiance& out) const;
     bool note_ray_kind(Path& path,
                        const Vertex& vertex,
                        const shading::BsdfSample& sample,
@@ -54,6 +58,7 @@ class PathTracer {
     DirectLight direct_;
     ShadowAttribution attribution_;
     VolumeSegment volume_;
+    std::unique_ptr<const PathTracer> plate_;  ///< only where layers ask for light of catchers
 };
 
 }  // namespace velatura::integrator

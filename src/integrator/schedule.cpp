@@ -301,7 +301,7 @@ class Runner {
         sample_(x, y, sample, radiance, counts);
         if (!pilot_) return;
         scene::count_call(scene::Effect::AdaptiveSampling);
-        const Rgb value = radiance.is_bad() ? Rgb(0.0f) : radiance.radiance() * radiance.weight;
+        const Rgb value = radiance.is_bad() ? Rgb(0.0f) : radiance.light_seen() * radiance.weight;
         pilot_->add(x, y, value, counts.total() - rays);
     }
 

@@ -35,7 +35,9 @@ struct PathTracerOptions {
     const RouletteGains* roulette =
         nullptr;  ///< of Roulette::Efficiency, must outlive the tracer; null = no trial told yet
     const MatteIds* mattes =
-        nullptr;        ///< says whose each sample is, must outlive the tracer; null = nobody asks
+        nullptr;  ///< says whose each sample is, must outlive the tracer; null = nobody asks
+    /// Of a plate's world: only what begins with its first surface is light of the sample.
+    bool is_plate = false;
     bool deep = false;  ///< says how far away each sample is, see SampleRadiance::cover
     /// What light tracing finds and camera paths skip; must outlive the tracer; null =
     /// nothing.

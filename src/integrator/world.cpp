@@ -2,12 +2,14 @@
 #include "integrator/world.h"
 
 #include "scene/effect_calls.h"
+#include "scene/plate.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
 #include <iterator>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -256,6 +258,33 @@ World::World(const scene::Scene& s,
     warn_of_duplicates(s, accelerator->stats().duplicates, diagnostics);
     make_dielectrics();
     set_facts();
+    make_plate();
+}
+
+World::World(std::unique_ptr<scene::Scene> plate_scene,
+             const WorldOptions& options,
+             const lights::ImageLoader& load_image,
+             Diagnostics& diagnostics)
+    : World(*plate_scene, options, load_image, diagnostics) {
+    plate_scene_ = std::move(plate_scene);
+}
+
+/// What there is to say of it was said of the whole scene.
+void World::make_plate() {
+    plate.reset();
+    if (!catchers) return;
+    Diagnostics ignored;
+    plate.reset(new World(std::make_unique<scene::Scene>(scene::plate_of(scene)), options_,
+                          load_image_, ignored));
+}
+
+void World::update_plate(const WorldChange& change) {
+    if (change.geometry || change.placement || change.materials || change.lights)
+        return make_plate();
+    if (!plate || !change.camera) return;
+    plate->plate_scene_->camera = scene.camera;
+    Diagnostics ignored;
+    plate->update(change, options_.width, options_.height, ignored);
 }
 
 void World::update(const WorldChange& change, int width, int height, Diagnostics& diagnostics) {
@@ -280,6 +309,7 @@ void World::update(const WorldChange& change, int width, int height, Diagnostics
     if (change.geometry || change.placement || change.materials) make_dielectrics();
     if (change.camera) camera = camera::CameraModel(scene.camera, width, height);
     set_facts();
+    update_plate(change);
 }
 
 /// What is inside of solids, and the trees that tell.
@@ -309,7 +339,8 @@ void World::set_facts() {
     for (size_t kind = 0; kind < visible.size(); ++kind)
         visible[kind] = scene::find_link_set(scene, scene.linking.visible[kind]);
     mattes = scene::find_link_set(scene, scene.linking.mattes);
-    tells_rays_apart = has_ray_visibility || mattes;
+    catchers = scene::find_link_set(scene, scene.linking.catchers);
+    tells_rays_apart = has_ray_visibility || mattes || catchers;
     has_lobe_multipliers =
         is_forced(scene::Effect::LobeMultipliers) ||
         std::any_of(scene.lights.begin(), scene.lights.end(), has_multiplier<scene::Light>) ||

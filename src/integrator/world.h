@@ -144,17 +144,27 @@ struct World {
     std::vector<std::vector<bool>>
         caster_materials;             ///< [set][material]; only where something absorbs
     bool has_ray_visibility = false;  ///< something is invisible to rays of some kind
-    bool tells_rays_apart = false;    ///< that, or something is a matte
+    bool tells_rays_apart = false;    ///< that, or something is a matte or a catcher
     /// [RayKind] what rays of the kind meet; null: everything.
     std::array<const scene::LinkSet*, scene::ray_kind_count> visible = {};
-    const scene::LinkSet* mattes = nullptr;  ///< held out of the image; null: nothing
+    const scene::LinkSet* mattes = nullptr;    ///< held out of the image; null: nothing
+    const scene::LinkSet* catchers = nullptr;  ///< see scene::Linking; null: nothing
+    /// What a plate of the catchers shows, scene::plate_of(); only of a scene with catchers.
+    std::unique_ptr<World> plate;
 
   private:
+    World(std::unique_ptr<scene::Scene> plate,
+          const WorldOptions& options,
+          const lights::ImageLoader& load_image,
+          Diagnostics& diagnostics);
     void make_dielectrics();
+    void make_plate();
+    void update_plate(const WorldChange& change);
     void set_facts();
 
     WorldOptions options_;
     lights::ImageLoader load_image_;
+    std::unique_ptr<scene::Scene> plate_scene_;  ///< of the world of a plate
 };
 
 }  // namespace velatura::integrator

@@ -106,6 +106,7 @@ void add_named(const accumulate::SampleSums& sums,
     entry.source = data.source == accumulate::DataSource::Primvar
                        ? "primvar:" + data.primvar
                        : std::string(accumulate::name_of(data.source));
+    if (!data.group.empty()) entry.group = data.group;
     entry.filter = std::string(accumulate::name_of(data.filter));
     layers.push_back(std::move(entry));
 }

@@ -157,8 +157,8 @@ auto members(const scene::LightGroup& v) {
 }
 
 auto members(const scene::Linking& v) {
-    const auto& [a, b, c, d, e] = v;
-    return std::tie(a, b, c, d, e);
+    const auto& [a, b, c, d, e, f] = v;
+    return std::tie(a, b, c, d, e, f);
 }
 
 auto members(const scene::Caster& v) {

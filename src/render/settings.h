@@ -45,7 +45,7 @@ struct Settings {
 };
 
 /// The layers, with light-group and shadow-caster rows for the scene's groups and casters, under
-/// unique names.
+/// unique names, and with the layers of its catchers.
 film::LayerSet with_rows(film::LayerSet layers, const scene::Scene& scene);
 
 /// Plan: the effects that the scene uses. Removes those of Settings::omitted from the scene.

@@ -58,6 +58,7 @@ constexpr std::array<EffectInfo, effect_count> table = {{
     {Effect::LightFilters, Scene, "light-filters", "filters evaluated"},
     {Effect::RayVisibility, Scene, "ray-visibility", "rays that skip geometry"},
     {Effect::Mattes, Scene, "mattes", "camera paths ended by matte objects"},
+    {Effect::Catchers, Scene, "catchers", "camera samples that meet a catcher"},
     {Effect::Roulette, Estimator, "roulette", "Russian roulette tests"},
     {Effect::Guiding, Estimator, "guiding", "vertices with path guiding"},
     {Effect::Splitting, Estimator, "splitting", "paths divided"},

@@ -64,6 +64,7 @@ enum class Effect : uint8_t {
     // Rays
     RayVisibility,
     Mattes,
+    Catchers,
     // Estimators
     Roulette,
     Guiding,

@@ -82,6 +82,9 @@ struct Linking {
     /// what only its own rays meet.
     std::array<LinkSetId, ray_kind_count> visible = {none, none, none, none, none, none, none};
     LinkSetId mattes = none;  ///< held out of the image; none = nothing
+    /// Stands for what a plate shows: not in the image, but its light is, with and without
+    /// everything else; none = nothing.
+    LinkSetId catchers = none;
 
     LinkSetId visible_to(RayKind kind) const { return visible[size_t(kind)]; }
 

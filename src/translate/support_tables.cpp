@@ -145,6 +145,7 @@ constexpr TokenChoice choices[] = {
 constexpr ExtraName names_beside_schemas[] = {
     {"", "velatura:shadow:caster"},
     {"", "primvars:velatura:matte"},
+    {"", "primvars:velatura:catcher"},
     {"", "primvars:crypto_asset"},
     {"", "primvars:velatura:visibility:camera"},
     {"", "primvars:velatura:visibility:shadow"},
@@ -245,12 +246,14 @@ constexpr ForeignRequest requests[] = {
      "primvars:karma:object:rendervisibility|primvars:karma:object:holdoutmode|"
      "karma:light:renderlightgeo|primvars:ri:attributes:visibility:camera|"
      "primvars:ri:attributes:visibility:indirect|primvars:ri:attributes:visibility:transmission|"
-     "primvars:ri:attributes:ri:matte",
+     "primvars:ri:attributes:ri:matte|primvars:ri:attributes:trace:holdout|"
+     "primvars:cycles:object:is_shadow_catcher",
      "", ""},
     {"primvars:arnold:visibility:", "1|true", seen_by_all},
     {"primvars:arnold:visibility", "", ""},
     {"matte|holdout|shadow_catcher|shadowcatcher|is_shadow_catcher", "0|false|off|none",
-     "the prim is rendered as any other, with its own alpha; primvars:velatura:matte holds out"},
+     "the prim is rendered as any other, with its own alpha; primvars:velatura:matte holds out, "
+     "primvars:velatura:catcher catches shadows"},
     {"visib|renderlightgeo|shadowcaster|cast_shadow|castshadow|receive_shadow|receiveshadow|"
      "self_shadow|primaryray|primary_ray|hide_|hidden_|invisible",
      "1|255|-1|true|on|*|visible|all", seen_by_all},

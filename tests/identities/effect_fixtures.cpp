@@ -213,6 +213,9 @@ constexpr EffectFixture fixtures[] = {
     {Effect::Mattes, "matte",
      "def Cube \"Box\" { double size = 0.3\n bool primvars:arnold:matte = 1 }",
      "def Cube \"Box\" { double size = 0.3\n bool primvars:arnold:matte = 0 }", true},
+    {Effect::Catchers, "catcher",
+     "def Cube \"Box\" { double size = 0.3\n bool primvars:velatura:catcher = 1 }",
+     "def Cube \"Box\" { double size = 0.3\n bool primvars:velatura:catcher = 0 }", true},
     {Effect::ShadowControls, "distance",
      "def SphereLight \"L\" (prepend apiSchemas = [\"ShadowAPI\"]) { float inputs:shadow:distance "
      "= 0.5 }",

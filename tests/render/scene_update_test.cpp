@@ -27,6 +27,7 @@ struct StageState {
     double stone_x = 0, block_size = 1;
     double cage_size = 0;  ///< 0: none; a subdivision surface
     bool has_ball = true, has_fill = true, is_block_visible = true;
+    bool catches = false;  ///< the floor is a catcher
 };
 
 std::string usda_of(const StageState& s, double camera_x) {
@@ -44,6 +45,7 @@ def Mesh "Floor"
     int[] faceVertexIndices = [0, 1, 2, 3]
     point3f[] points = [(-3, 0, 3), (3, 0, 3), (3, 0, -3), (-3, 0, -3)]
     uniform token subdivisionScheme = "none"
+    bool primvars:velatura:catcher = {}
 }}
 def Material "Mat"
 {{
@@ -79,7 +81,7 @@ def SphereLight "Key"
     uniform token[] xformOpOrder = ["xformOp:translate"]
 }}
 )usda",
-                    camera_x, s.roughness, s.glow, s.block_size,
+                    camera_x, int(s.catches), s.roughness, s.glow, s.block_size,
                     s.is_block_visible ? "inherited" : "invisible", s.stone_x, s.key);
     if (s.has_ball) text += "def Sphere \"Ball\"\n{\n    double radius = 0.5\n}\n";
     if (s.has_fill)
@@ -178,6 +180,25 @@ TEST(SceneUpdate, EndsInTheImageOfTheFinalStage) {
     // Both ways were taken
     EXPECT_GT(edited, sequences / 4);
     EXPECT_GT(replaced, sequences / 4);
+}
+
+/// The world of a plate follows the scene's.
+TEST(SceneUpdate, PlatesFollow) {
+    for (size_t turn = 0; turn < turns().size(); ++turn) {
+        StageState state;
+        state.catches = true;
+        scene::Scene scene = scene_of(state);
+        render::Settings settings = settings_of(scene);
+        render::Renderer renderer(std::move(scene), std::move(settings));
+        const uint64_t before = rendered(renderer);
+        turns()[turn](state, 0.7);
+        render::update(renderer, scene_of(state));
+        const uint64_t after = rendered(renderer);
+        ASSERT_EQ(after, rendered_afresh(state)) << turn;
+        if (turn < 4) {
+            EXPECT_NE(after, before) << turn;
+        }
+    }
 }
 
 TEST(SceneUpdate, StatesWhatItDid) {

@@ -81,7 +81,7 @@ class Linker {
         read_collections();
         if (!ctx_.state<AuthoredVisibility>().of_prim.empty()) remove_unseen();
         classify();
-        warn_of_matte_volumes();
+        warn_of_volumes();
         make_sets();
         make_ray_sets();
         link_lights();
@@ -94,7 +94,7 @@ class Linker {
     struct Traits {
         std::vector<bool> members;  ///< [query]
         scene::RayKinds visible = scene::RayKinds::all();
-        bool is_matte = false;
+        bool is_matte = false, is_catcher = false;
 
         auto operator<=>(const Traits&) const = default;
     };
@@ -154,11 +154,14 @@ class Linker {
             traits.members.push_back(includes(query, paths, subsets));
         traits.visible = opinion.kinds();
         traits.is_matte = opinion.is_matte.value_or(false);
+        traits.is_catcher = opinion.is_catcher.value_or(false);
         if (const std::optional<RenderPass>& pass = ctx_.rendered.pass) {
             if (pass->camera_visible && !pass->camera_visible->includes_first(paths))
                 traits.visible = traits.visible & ~scene::RayKinds().with(RayKind::Camera);
             if (pass->mattes && pass->mattes->includes_first(paths)) traits.is_matte = true;
         }
+        // Nothing of what is held out is left for a plate
+        if (traits.is_matte) traits.is_catcher = false;
         const auto [at, is_new] = classes_.try_emplace(traits, LinkClass(classes_.size()));
         if (is_new) traits_.push_back(traits);
         occurs_.resize(classes_.size());
@@ -268,15 +271,20 @@ class Linker {
         return at->second;
     }
 
-    void warn_of_matte_volumes() {
-        for (const scene::Volume& volume : ctx_.scene.volumes)
+    void warn_of_volumes() {
+        const auto warn = [&](const scene::Volume& volume, const char* code, const char* text) {
+            const scene::Provenance& at = ctx_.scene.provenance[volume.provenance];
+            ctx_.diagnostics.warn(code, at.loc, at.prim_path, text);
+        };
+        for (const scene::Volume& volume : ctx_.scene.volumes) {
             if (traits_[volume.link].is_matte &&
-                scene::has_emission(volume, ctx_.scene.volume_fields)) {
-                const scene::Provenance& at = ctx_.scene.provenance[volume.provenance];
-                ctx_.diagnostics.warn("matte-emission", at.loc, at.prim_path,
-                                      "the volume is a matte, and what it emits is seen all the "
-                                      "same");
-            }
+                scene::has_emission(volume, ctx_.scene.volume_fields))
+                warn(volume, "matte-emission",
+                     "the volume is a matte, and what it emits is seen all the same");
+            if (traits_[volume.link].is_catcher)
+                warn(volume, "volume-catcher",
+                     "a volume cannot be a catcher; it is rendered as any other");
+        }
     }
 
     /// The classes that occur and of whose traits `is_in` holds; none: all of them.
@@ -292,6 +300,15 @@ class Linker {
                 is_everything = false;
         }
         return is_everything ? scene::none : set_id(set);
+    }
+
+    /// The classes that occur and of whose traits `is_in` holds; none: not one.
+    template <class Test>
+    LinkSetId some_of(const Test& is_in) {
+        LinkSet set(traits_.size());
+        for (LinkClass c = 0; c < traits_.size(); ++c)
+            if (occurs_[c] && is_in(traits_[c])) set.add(c);
+        return set.is_empty() ? scene::none : set_id(set);
     }
 
     static bool is_seen(const Traits& traits, RayKind kind) { return traits.visible.has(kind); }
@@ -316,10 +333,8 @@ class Linker {
             is_path_restricted =
                 is_path_restricted || (kind != RayKind::Camera && linking.visible[k] != none);
         }
-        LinkSet mattes(traits_.size());
-        for (LinkClass c = 0; c < traits_.size(); ++c)
-            if (occurs_[c] && traits_[c].is_matte) mattes.add(c);
-        if (!mattes.is_empty()) linking.mattes = set_id(mattes);
+        linking.mattes = some_of([](const Traits& traits) { return traits.is_matte; });
+        linking.catchers = some_of([](const Traits& traits) { return traits.is_catcher; });
         LinkSetId& shadow = linking.visible[size_t(RayKind::Shadow)];
         if (!is_path_restricted || shadow != none) return;
         LinkSet all(traits_.size());

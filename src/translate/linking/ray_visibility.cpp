@@ -70,6 +70,11 @@ constexpr std::array<std::string_view, 4> matte_names = {
     "primvars:velatura:matte", "primvars:arnold:matte", "primvars:ri:attributes:Ri:Matte",
     "primvars:karma:object:holdoutmode"};
 
+/// RenderMan's holdouts are what it calls the shadows and reflections that fall on a plate.
+constexpr std::array<std::string_view, 3> catcher_names = {
+    "primvars:velatura:catcher", "primvars:ri:attributes:trace:holdout",
+    "primvars:cycles:object:is_shadow_catcher"};
+
 /// A number or truth value; a warning and nothing for others.
 std::optional<double> read_switch(Context& ctx, const Attribute& attribute, double most) {
     constexpr double missing = -1;
@@ -131,9 +136,10 @@ void state(VisibilityOpinion& out, RayKinds kinds, RayKinds visible) {
 }
 
 bool can_be_of_visibility(std::string_view name) {
-    constexpr std::array<std::string_view, 6> stems = {
-        "primvars:velatura:visibility", "primvars:velatura:matte", "primvars:arnold:visibility",
-        "primvars:arnold:matte",        "primvars:karma:object:",  "primvars:ri:attributes:"};
+    constexpr std::array<std::string_view, 8> stems = {
+        "primvars:velatura:visibility", "primvars:velatura:matte", "primvars:velatura:catcher",
+        "primvars:arnold:visibility",   "primvars:arnold:matte",   "primvars:karma:object:",
+        "primvars:ri:attributes:",      "primvars:cycles:object:"};
     return std::any_of(stems.begin(), stems.end(),
                        [&](std::string_view stem) { return name.starts_with(stem); });
 }
@@ -181,6 +187,11 @@ VisibilityOpinion read_opinion(Context& ctx, Prim prim) {
             ctx.warn("bad-visibility", attribute,
                      "holdoutmode 2 (background) is not supported; the prim is a matte");
     }
+    for (const std::string_view name : catcher_names) {
+        const Attribute attribute = authored(name);
+        if (!attribute || out.is_catcher) continue;
+        if (const auto value = read_switch(ctx, attribute, 1)) out.is_catcher = *value != 0;
+    }
     return out;
 }
 
@@ -190,6 +201,7 @@ void VisibilityOpinion::inherit(const VisibilityOpinion& above) {
     visible = visible | (above.visible & ~stated);
     stated = stated | above.stated;
     if (!is_matte) is_matte = above.is_matte;
+    if (!is_catcher) is_catcher = above.is_catcher;
 }
 
 VisibilityOpinion AuthoredVisibility::above(Path path, Path last) const {

@@ -14,9 +14,9 @@ namespace velatura::translate::linking {
 struct VisibilityOpinion {
     scene::RayKinds stated;   ///< kinds that something is authored of
     scene::RayKinds visible;  ///< of these
-    std::optional<bool> is_matte;
+    std::optional<bool> is_matte, is_catcher;
 
-    bool is_empty() const { return stated.is_empty() && !is_matte; }
+    bool is_empty() const { return stated.is_empty() && !is_matte && !is_catcher; }
 
     /// Adds what is inherited from further above.
     void inherit(const VisibilityOpinion& above);
