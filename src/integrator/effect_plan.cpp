@@ -45,8 +45,14 @@ EffectEntry find(const scene::Scene& scene, const EffectRule& rule) {
 /// Caustics that are found by other ways than camera paths.
 EffectEntry caustic_entry(const scene::Scene& scene, Caustics caustics) {
     if (caustics == Caustics::Path) return {EffectState::Absent, {}, "--caustics", 0};
-    if (caustics == Caustics::Manifold || caustics == Caustics::SmallLights)
-        return {EffectState::On, {}, "--caustics", 1};
+    if (caustics == Caustics::Manifold || caustics == Caustics::SmallLights) {
+        const bool is_partial =
+            std::any_of(scene.materials.begin(), scene.materials.end(), scene::is_dispersive);
+        return {EffectState::On,
+                {},
+                is_partial ? "--caustics; paths find what dispersive solids refract" : "--caustics",
+                1};
+    }
     if (!CausticPaths::can_exist(scene))
         return {EffectState::Absent, {}, "no narrow lobes under a light but domes", 0};
     return {EffectState::On,

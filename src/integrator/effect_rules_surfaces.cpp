@@ -302,6 +302,18 @@ void find_sheen(EffectFindings& found) {
                    [](const Material& m) { return named_value("sheen", m.extras->sheen); });
 }
 
+void find_thin_film(EffectFindings& found) {
+    find_materials(found, scene::can_have_film, [](const Material& m) {
+        return named_value("thin film of thickness", m.extras->film->thickness);
+    });
+}
+
+void find_dispersion(EffectFindings& found) {
+    find_materials(found, scene::is_dispersive, [](const Material& m) {
+        return fmt::format("Abbe number {:g}", 1.0f / m.dispersion);
+    });
+}
+
 void find_subsurface(EffectFindings& found) {
     find_materials(found, scene::can_scatter_below,
                    [](const Material& m) { return named_value("subsurface", m.subsurface); });
@@ -362,6 +374,15 @@ constexpr std::array rules = {
                [](scene::Scene& s) {
                    change_materials(s, [](Material& m) { m.clearcoat = Input(0.0f); });
                }},
+    EffectRule{Effect::ThinFilm, find_thin_film,
+               [](scene::Scene& s) {
+                   change_materials(s, [](Material& m) {
+                       if (m.extras && m.extras->film) m.extras->film->weight = Input(0.0f);
+                   });
+               }},
+    EffectRule{
+        Effect::Dispersion, find_dispersion,
+        [](scene::Scene& s) { change_materials(s, [](Material& m) { m.dispersion = 0.0f; }); }},
     EffectRule{Effect::RoughDiffuse, find_rough_diffuse,
                [](scene::Scene& s) {
                    change_materials(s, [](Material& m) {

@@ -66,6 +66,11 @@ struct Path {
     float importance = 0;
     float first_expected = 0;  ///< luminance
     float cone_width = 0, cone_spread = 0;
+    float spread = 0;  ///< of the path's wavelength, see dispersion.h; 0 = it has none
+    /// The only channel of light that passes the present vertex, and how much stronger: 1 over the
+    /// probability that it was drawn. -1: light passes as it is.
+    int channel_beyond = -1;
+    float channel_scale = 1;
     SpecularHistory history;  ///< only kept when caustics are solved for
     Interior interior;        ///< of the present segment; only kept where something absorbs
     /// Only kept when light tracing finds some of the light, see CausticPaths: whether the first

@@ -9,6 +9,7 @@
 #include "integrator/roulette.h"
 #include "integrator/specular_chain.h"
 #include "integrator/subsurface_exit.h"
+#include "integrator/wavelength.h"
 #include "scene/effect_calls.h"
 
 #include <algorithm>
@@ -90,16 +91,17 @@ void PathTracer::trace(int x,
 
 void PathTracer::follow(Path& path, film::SampleRadiance& out) const {
     const bool has_insides = world_.nested || world_.subsurface || world_.interior_media ||
-                             world_.tells_rays_apart || context_.options.is_plate;
+                             world_.tells_rays_apart || world_.materials.has_dispersion() ||
+                             context_.options.is_plate;
     if (has_insides)
         follow_through<true>(path, out);
     else
         follow_through<false>(path, out);
 }
 
-/// has_insides: solids displace each other, have a medium in them or no surface, light scatters
-/// below surfaces, something is invisible to rays of a kind, a matte or a catcher, or all of it is
-/// a plate.
+/// has_insides: solids displace each other, have a medium in them or no surface, are dispersive,
+/// light scatters below surfaces, something is invisible to rays of a kind, a matte or a catcher,
+/// or all of it is a plate.
 template <bool has_insides>
 void PathTracer::follow_through(Path& path, film::SampleRadiance& sample) const {
     RayCounts& counts = *path.counts;
@@ -161,8 +163,12 @@ void PathTracer::follow_through(Path& path, film::SampleRadiance& sample) const 
         const std::optional<geometry::SurfacePoint> moved =
             leaving_point(world_, point, wo, counts.shadow);
         const geometry::SurfacePoint& start = moved ? *moved : crossing ? crossing->point : point;
+        if (has_insides && path.bounce < context_.depth_limit)
+            choose_wavelength(world_, path, start.material);
         const shading::Bsdf bsdf = world_.materials.make_bsdf(
-            start, wo, path.cone_width, crossing ? crossing->surrounding_index : 1.0f);
+            start, wo, path.cone_width, crossing ? crossing->surrounding_index : 1.0f,
+            has_insides ? path.spread : 0.0f);
+        if (has_insides && !bsdf.has_index_of_passage_alone()) keep_channel(path);
         if (path.bounce == 0 && !light.has_hit) record_first_hit(context_, point, bsdf, light);
 
         hits_.add_emission(path, point, wo, light);
@@ -357,6 +363,8 @@ bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance&
     path.beta *= sample->f * (bsdf.cosine(sample->wi) / sample->pdf);
     if (is_black(path.beta)) return false;
     path.eta_scale *= sample->eta * sample->eta;
+    settle_channel(path, sample->kind);
+    if (is_black(path.beta)) return false;
 
     if (keeps_interior(world_) && sample->kind == shading::ScatterKind::Transmit)
         cross(world_, crossing, point, wo, sample->wi, path.interior);

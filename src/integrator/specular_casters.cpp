@@ -27,6 +27,8 @@ double material_weight(const World& world, scene::MaterialId id) {
     using scene::is_constant;
     if (!is_constant(m.normal) || !is_constant(m.ior)) return 0.0;
     if (m.is_bare) return 0.0;
+    // Chains know of no wavelengths
+    if (world.materials.is_dispersive(id)) return 0.0;
     // What is behind a boundary of solids with priorities is not known to chains
     if (world.nested && world.materials.bounds_solid(id)) return 0.0;
     const auto can_be_smooth = [&](const scene::Input& roughness) {

@@ -35,6 +35,7 @@ enum class Purpose : uint32_t {
     ManifoldTriangle = 19,
     LightDirection = 20,
     LobeWidth = 21,
+    Wavelength = 22,
     VolumeDistance = 32,
     VolumeDirection = 33,
     VolumeShadow = 34,

@@ -31,6 +31,16 @@ struct Input {
     explicit Input(const Rgb& v) : value(v) {}
 };
 
+/// A transparent film on the base, below the coat, so thin that its reflections interfere.
+struct ThinFilmInputs {
+    Input weight = Input(1.0f);     ///< share of the surface that it covers, [0, 1]
+    Input thickness = Input(0.0f);  ///< micrometers
+    Input ior = Input(1.4f);
+    /// Factor of what metal reflects, with the film and without: MaterialXInputs::metal_f0 and
+    /// metal_f90 do not have it where there is a film.
+    Input metal_tint = Input(Rgb(1.0f));
+};
+
 /// What the surfaces of MaterialX have and UsdPreviewSurface has not. Metal and dielectric differ
 /// in color here.
 struct MaterialXInputs {
@@ -42,6 +52,7 @@ struct MaterialXInputs {
     Input sheen = Input(0.0f);              ///< weight of the fibers on top of everything, [0, 1]
     Input sheen_color = Input(Rgb(1.0f));
     Input sheen_roughness = Input(0.3f);
+    std::optional<ThinFilmInputs> film;
 };
 
 /// What light does in a fiber with a scaly surface: what a VelaturaHair shader says
@@ -83,6 +94,8 @@ struct Material {
     bool presence = false;  ///< opacityMode = "presence": opacity fades the whole surface instead
                             ///< of transmitting
     Input ior = Input(1.5f);
+    /// 1 / Abbe number of the solid, whose index at 587.6 nm is `ior`; 0 = one index for all light.
+    float dispersion = 0.0f;
     /// velatura:roughTransmission: roughness also blurs what is transmitted. UsdPreviewSurface
     /// itself never does.
     bool rough_transmission = false;
@@ -161,6 +174,9 @@ void for_each_input(Material& m, Visitor visit) {
     for (auto* input : {&x.metal_f0, &x.metal_f90, &x.specular_tint, &x.coat_ior,
                         &x.diffuse_roughness, &x.sheen, &x.sheen_color, &x.sheen_roughness})
         visit(*input);
+    if (!x.film) return;
+    for (auto* input : {&x.film->weight, &x.film->thickness, &x.film->ior, &x.film->metal_tint})
+        visit(*input);
 }
 
 /// Opacity cuts holes: somewhere the surface may not be there at all.
@@ -217,6 +233,18 @@ inline bool can_have_sheen(const Material& m) {
 inline bool can_have_rough_base(const Material& m) {
     return m.extras && !(is_constant(m.extras->diffuse_roughness) &&
                          !(m.extras->diffuse_roughness.value.x > 0.0f));
+}
+
+inline bool can_have_film(const Material& m) {
+    if (!m.extras || !m.extras->film) return false;
+    const auto can_be_positive = [](const Input& i) { return !is_constant(i) || i.value.x > 0.0f; };
+    return can_be_positive(m.extras->film->weight) && can_be_positive(m.extras->film->thickness);
+}
+
+/// The material bounds a solid that refracts each wavelength by an index of its own.
+inline bool is_dispersive(const Material& m) {
+    return m.dispersion > 0.0f && can_transmit(m) && !m.thin_walled && m.has_specular &&
+           !(is_constant(m.ior) && m.ior.value.x == 1.0f);
 }
 
 /// Whether surfaces of the material move somewhere.

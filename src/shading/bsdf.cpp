@@ -61,6 +61,11 @@ Bsdf::Bsdf(const SurfaceParameters& parameters,
     ggx_.f90 = p_.f90;
     ggx_.alpha = p_.alpha;
     ggx_.alpha_y = p_.alpha_y;
+    if (p_.film) {
+        ggx_.film.emplace(*p_.film, ggx_.f0, ggx_.f90);
+        ggx_.f0 = ggx_.film->at(1.0f);
+        ggx_.f90 = ggx_.film->at(0.0f);
+    }
     const bool is_behind = ng.dot(wo) < 0.0f;
     ng_ = is_behind ? -ng : ng;
     horizon_ = is_behind ? -horizon : horizon;
@@ -77,7 +82,7 @@ Bsdf::Bsdf(const SurfaceParameters& parameters,
 /// Whether nothing but a base and its reflection is asked for.
 bool Bsdf::is_plain() const {
     return !features_.transmits() && !features_.is_thin() && !features_.has_rough_base() &&
-           !p_.anisotropic && !p_.sheen && !(p_.clearcoat > 0.0f);
+           !p_.anisotropic && !p_.sheen && !p_.film && !(p_.clearcoat > 0.0f);
 }
 
 /// Those that may have a share, in their order.
@@ -110,9 +115,13 @@ void Bsdf::set_layers(bool is_behind) {
         average = ggx_.curve.average();
     }
     ggx_.average_loss = average.loss;
-    const Rgb f_average = ggx_.f0 + (ggx_.f90 - ggx_.f0) * (1.0f / 21.0f);
+    Rgb f_average = ggx_.f0 + (ggx_.f90 - ggx_.f0) * (1.0f / 21.0f);
+    if (ggx_.has_film<plain>() && average.loss > 0.0f) f_average = ggx_.mean_fresnel();
     ggx_.multiple_f = multiple_scattering_fresnel(f_average, average.loss);
     specular_average_ = average.reflectance(ggx_.f0, ggx_.f90) + ggx_.multiple_f * average.loss;
+    // Only what lies below asks for it
+    if (ggx_.has_film<plain>() && !(is_black(p_.diffuse) && is_black(p_.diffuse_transmitted)))
+        specular_average_ += ggx_.film_average();
     if (!plain) set_interfaces(f_average, average);
     view_ = make_view<plain>(frame_.to_local(wo_));
 }
@@ -151,6 +160,7 @@ void Bsdf::set_interfaces(const Rgb& f_average, const GgxAlbedo& average) {
     if (features_.is_rough_sheet()) thin_wall_.set_compensation(f_average, average.loss);
     if (features_.is_rough_interface()) {
         ggx_.f90 = Rgb(1.0f);
+        if (ggx_.film) ggx_.film->set_bare_f90(Rgb(1.0f));
         InterfaceLobe& interface = interface_.emplace();
         interface.eta = eta_;
         interface.is_dense_side = features_.is_dense_side();
@@ -162,7 +172,10 @@ void Bsdf::set_interfaces(const Rgb& f_average, const GgxAlbedo& average) {
                                                               : rough_interface::Side::Light);
         const rough_interface::Shares& shares = interface.curve.average();
         interface.lost_average = ggx_.f0 * average.loss + one_minus(ggx_.f0) * shares.excess;
-        specular_average_ = one_minus(one_minus(ggx_.f0) * shares.passed);
+        if (ggx_.film)
+            interface.lost_average =
+                clamp01(interface.lost_average + interface.film_loss_average(ggx_));
+        specular_average_ = interface.average(ggx_);
     } else if (features_.is_dense_side()) {
         // Seen from the dense side, 1 − R_avg shrinks by η² (1 − F_in = (1 − F_out)/η²)
         specular_average_ = one_minus(one_minus(specular_average_) * (eta_ * eta_));
@@ -229,7 +242,7 @@ Rgb Bsdf::interface_albedo(const Vec3& w) const {
         outer = Vec3(w.x / eta_, w.y / eta_, cosine);
     }
     const GgxAlbedo a = ggx_.albedo<false>(outer, outer.z);
-    return ggx_.reflectance(a);
+    return ggx_.reflectance(a, outer);
 }
 
 template <bool plain>
@@ -241,15 +254,16 @@ LayerView Bsdf::make_view(const Vec3& wo_local) const {
     if (features_.is_rough_interface<plain>()) {
         const rough_interface::Shares shares = interface_->curve.at(clamped);
         v.lost = interface_->loss(ggx_, clamped, shares);
-        v.specular = one_minus(one_minus(ggx_.f0) * shares.passed);
+        v.specular = interface_->reflectance(ggx_, clamped, shares);
         v.single_scatter = v.specular - v.lost;
     } else {
         const GgxAlbedo a = ggx_.albedo<plain>(clamped, v.mu);
         v.loss = a.loss;
-        v.specular =
-            features_.is_dense_side<plain>() ? interface_albedo(clamped) : ggx_.reflectance(a);
-        v.single_scatter = features_.is_dense_side<plain>() ? v.specular * (1.0f - a.loss)
-                                                            : a.reflectance(ggx_.f0, ggx_.f90);
+        v.specular = features_.is_dense_side<plain>() ? interface_albedo(clamped)
+                                                      : ggx_.reflectance<plain>(a, clamped);
+        v.single_scatter = features_.is_dense_side<plain>()
+                               ? v.specular * (1.0f - a.loss)
+                               : ggx_.single_reflectance<plain>(a, clamped);
     }
     v.reflected = v.specular;
     v.through = one_minus(v.specular);

@@ -115,6 +115,13 @@ class Bsdf {
     /// Probability that sample_f() selects a lobe broad enough for path guiding, in [0, 1].
     float broad_share() const;
 
+    /// True when the index of refraction turns what is transmitted and changes nothing else: seen
+    /// from the side of the smaller index, without blur.
+    bool has_index_of_passage_alone() const {
+        return features_.transmits() && !features_.is_dense_side() &&
+               !features_.is_rough_interface();
+    }
+
     /// True when light can leave on the side opposite to wo.
     bool has_transmission() const { return p_.opacity < 1.0f || features_.diffuse_transmission; }
 

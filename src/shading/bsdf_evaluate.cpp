@@ -99,7 +99,7 @@ Rgb Bsdf::add_reflection(
         const bool is_macroscopic = features_.is_dense_side<plain>() ||
                                     (features_.is_thin<plain>() && features_.transmits<plain>() &&
                                      !features_.is_rough_sheet<plain>());
-        Rgb fresnel = is_macroscopic ? v.reflected : fresnel_schlick(ggx_.f0, ggx_.f90, cos_m);
+        Rgb fresnel = is_macroscopic ? v.reflected : ggx_.fresnel<plain>(cos_m);
         Rgb multiple = is_macroscopic ? v.reflected : ggx_.multiple_f;
         float share = 1.0f;
         if (features_.is_rough_sheet<plain>()) {
@@ -114,8 +114,9 @@ Rgb Bsdf::add_reflection(
                               : v.probability[Specular] + v.probability[Sheet] * share,
                         value);
     }
-    return features_.is_dense_side<plain>() ? interface_albedo(Vec3(wi.x, wi.y, mu_i))
-                                            : ggx_.reflectance(albedo_i);
+    return features_.is_dense_side<plain>()
+               ? interface_albedo(Vec3(wi.x, wi.y, mu_i))
+               : ggx_.reflectance<plain>(albedo_i, Vec3(wi.x, wi.y, mu_i));
 }
 
 /// What comes through a sheet from its other side: the base's diffuse light, and the lobe of the
@@ -129,7 +130,7 @@ void Bsdf::evaluate_through_sheet(const LayerView& v, const Vec3& wi, BsdfValue&
     value.pdf = v.probability[CosineBack] * sampling::cosine_hemisphere_pdf(mu_i);
     const GgxAlbedo albedo_i = ggx_.albedo<false>(mirrored, mu_i);
     if (features_.transmits_diffusely()) {
-        const Rgb specular_i = ggx_.reflectance(albedo_i);
+        const Rgb specular_i = ggx_.reflectance(albedo_i, Vec3(wi.x, wi.y, mu_i));
         value.diffuse = safe_divide(p_.diffuse_transmitted * (features_.opacity() * inv_pi) *
                                         one_minus(v.specular) * one_minus(specular_i),
                                     one_minus(specular_average_));

@@ -5,6 +5,7 @@
 #include "shading/anisotropic_albedo.h"
 #include "shading/rough_interface.h"
 #include "shading/sheen.h"
+#include "shading/thin_film.h"
 
 #include <cstdint>
 
@@ -74,6 +75,9 @@ struct SurfaceParameters {
     Rgb transmission_tint = Rgb(1.0f);
     /// Of a sheet: albedo of the base towards the other side; diffuse + this is at most 1.
     Rgb diffuse_transmitted = Rgb(0.0f);
+
+    /// A film on the base, below the coat. Null: none. Need not outlive the constructor of a Bsdf.
+    const FilmParameters* film = nullptr;
 
     float diffuse_roughness = 0;  ///< of the diffuse base, [0, 1]; 0 = Lambert
     float coat_ior = 0;           ///< of the coat over what is around it; 0 = ior

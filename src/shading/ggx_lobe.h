@@ -4,8 +4,10 @@
 #include "shading/albedo.h"
 #include "shading/anisotropic_albedo.h"
 #include "shading/bsdf_value.h"
+#include "shading/fresnel.h"
 #include "shading/ggx.h"
 #include "shading/layer_view.h"
+#include "shading/thin_film.h"
 
 #include <optional>
 
@@ -22,6 +24,8 @@ struct GgxLobe {
     Rgb multiple_f = Rgb(0.0f);  ///< Fresnel factor of the compensation
     GgxAlbedoCurve curve;        ///< of one width
     std::optional<AnisotropicAlbedo::Curve> two_widths;
+    /// Takes the place of Schlick's formula, of which f0 and f90 are the ends.
+    std::optional<FilmFresnel> film;
 
     template <bool plain = false>
     bool is_anisotropic() const {
@@ -34,9 +38,35 @@ struct GgxLobe {
         return is_anisotropic<plain>() ? two_widths->at(w) : curve.at(mu);
     }
 
+    template <bool plain = false>
+    bool has_film() const {
+        return !plain && film.has_value();
+    }
+
+    /// Reflectance of one microfacet.
+    template <bool plain = false>
+    Rgb fresnel(float cos_m) const {
+        return has_film<plain>() ? film->at(cos_m) : fresnel_schlick(f0, f90, cos_m);
+    }
+
+    /// What a film adds to the directional albedo of the microfacets that Schlick's formula gives.
+    Rgb film_albedo(const GgxAlbedo& a, const Vec3& w) const;
+    /// Its cosine-weighted mean.
+    Rgb film_average() const;
+    /// Cosine-weighted mean reflectance of a mirror.
+    Rgb mean_fresnel() const;
+
+    /// Directional albedo of the microfacets towards w, whose own albedo is `a`.
+    template <bool plain = false>
+    Rgb single_reflectance(const GgxAlbedo& a, const Vec3& w) const {
+        const Rgb single = a.reflectance(f0, f90);
+        return has_film<plain>() ? single + film_albedo(a, w) : single;
+    }
+
     /// Directional albedo, compensation included.
-    Rgb reflectance(const GgxAlbedo& a) const {
-        return a.reflectance(f0, f90) + multiple_f * a.loss;
+    template <bool plain = false>
+    Rgb reflectance(const GgxAlbedo& a, const Vec3& w) const {
+        return single_reflectance<plain>(a, w) + multiple_f * a.loss;
     }
 
     template <bool plain = false>

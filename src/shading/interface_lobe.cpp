@@ -9,16 +9,78 @@
 
 namespace velatura::shading {
 
+namespace {
+
+/// Direction of light on the side of the smaller index; false: there is none.
+bool outer_direction(const InterfaceLobe& lobe, const Vec3& w, Vec3& outer) {
+    outer = w;
+    if (!lobe.is_dense_side) return true;
+    const float cosine = refracted_cosine(w.z, lobe.eta);
+    outer = Vec3(w.x / lobe.eta, w.y / lobe.eta, cosine);
+    return cosine >= 0.0f;
+}
+
+/// What a film adds to the share of light that facets reflect and takes off what they refract.
+Rgb film_excess(const GgxLobe& ggx, const InterfaceLobe& lobe, const Vec3& w) {
+    Vec3 outer;
+    if (!outer_direction(lobe, w, outer)) return Rgb(0.0f);
+    return ggx.film_albedo(GgxAlbedo{}, outer);
+}
+
+/// What it adds to the loss: facets that reflect lose more of the light than those that refract.
+Rgb film_loss(const GgxLobe& ggx,
+              const InterfaceLobe& lobe,
+              const Vec3& w,
+              const rough_interface::Shares& shares) {
+    Vec3 outer;
+    if (!outer_direction(lobe, w, outer)) return Rgb(0.0f);
+    const Rgb excess = ggx.film->at(outer.z) - fresnel_schlick(ggx.f0, ggx.f90, outer.z);
+    return excess * (ggx.albedo(w, w.z).loss - shares.excess);
+}
+
+}  // namespace
+
+Rgb InterfaceLobe::reflectance(const GgxLobe& ggx,
+                               const Vec3& w,
+                               const rough_interface::Shares& shares) const {
+    const Rgb passed = one_minus(ggx.f0) * shares.passed;
+    if (!ggx.film) return one_minus(passed);
+    return clamp01(one_minus(passed) + film_excess(ggx, *this, w) * (1.0f - shares.excess));
+}
+
+Rgb InterfaceLobe::average(const GgxLobe& ggx) const {
+    const rough_interface::Shares& shares = curve.average();
+    const Rgb passed = one_minus(ggx.f0) * shares.passed;
+    if (!ggx.film) return one_minus(passed);
+    // Of what arrives from the dense side 1 / index² is not reflected totally
+    const float part = is_dense_side ? eta * eta : 1.0f;
+    return clamp01(one_minus(passed) +
+                   (ggx.mean_fresnel() - (ggx.f0 + one_minus(ggx.f0) * (1.0f / 21.0f))) * part);
+}
+
 Rgb InterfaceLobe::loss(const GgxLobe& ggx,
                         const Vec3& w,
                         const rough_interface::Shares& shares) const {
-    return ggx.f0 * ggx.albedo(w, w.z).loss + one_minus(ggx.f0) * shares.excess;
+    const Rgb schlick = ggx.f0 * ggx.albedo(w, w.z).loss + one_minus(ggx.f0) * shares.excess;
+    if (!ggx.film) return schlick;
+    return clamp01(schlick + film_loss(ggx, *this, w, shares));
+}
+
+Rgb InterfaceLobe::film_loss_average(const GgxLobe& ggx) const {
+    constexpr int count = 16;
+    Rgb sum(0.0f);
+    for (int i = 0; i < count; ++i) {
+        const float z = std::sqrt((float(i) + 0.5f) / count);
+        const Vec3 w(std::sqrt(1.0f - z * z), 0.0f, z);
+        sum += film_loss(ggx, *this, w, curve.at(w));
+    }
+    return sum / float(count);
 }
 
 Rgb InterfaceLobe::fresnel(const GgxLobe& ggx, float cos_m) const {
-    if (!is_dense_side) return fresnel_schlick(ggx.f0, ggx.f90, cos_m);
+    if (!is_dense_side) return ggx.fresnel(cos_m);
     const float outer = refracted_cosine(cos_m, eta);
-    return outer < 0.0f ? Rgb(1.0f) : fresnel_schlick(ggx.f0, ggx.f90, outer);
+    return outer < 0.0f ? Rgb(1.0f) : ggx.fresnel(outer);
 }
 
 float InterfaceLobe::reflect_share(const Rgb& fresnel) const {
@@ -44,7 +106,7 @@ Rgb InterfaceLobe::add_reflection(const GgxLobe& ggx,
                      (4.0f * cos_m);
     }
     value.specular += safe_divide(v.lost * loss(ggx, clamped, shares) * inv_pi, lost_average);
-    return one_minus(one_minus(ggx.f0) * shares.passed);
+    return reflectance(ggx, clamped, shares);
 }
 
 void InterfaceLobe::add_refraction(const GgxLobe& ggx,
@@ -59,7 +121,7 @@ void InterfaceLobe::add_refraction(const GgxLobe& ggx,
     const Vec3 wm = across * ((eta > 1.0f ? -1.0f : 1.0f) / std::sqrt(length2));
     const float cos_o = v.wo.dot(wm), cos_i = -wi.dot(wm);
     if (!(wm.z > 0.0f && cos_o > 0.0f && cos_i > 0.0f)) return;
-    const Rgb f = fresnel_schlick(ggx.f0, ggx.f90, std::min(is_dense_side ? cos_i : cos_o, 1.0f));
+    const Rgb f = ggx.fresnel(std::min(is_dense_side ? cos_i : cos_o, 1.0f));
     const float mu_i = std::min(-wi.z, 1.0f);
     const float visible = ggx.normal_pdf(v.wo, wm, cos_o);
     const float jacobian = cos_i / length2;

@@ -19,6 +19,12 @@ struct InterfaceLobe {
     RoughInterface::Curve curve;
     Rgb lost_average = Rgb(0.0f);  ///< cosine-weighted mean of LayerView::lost
 
+    /// Directional albedo of all that is reflected: what is not transmitted.
+    Rgb reflectance(const GgxLobe& ggx, const Vec3& w, const rough_interface::Shares& shares) const;
+    /// Its cosine-weighted mean.
+    Rgb average(const GgxLobe& ggx) const;
+    /// Cosine-weighted mean of what a film adds to loss().
+    Rgb film_loss_average(const GgxLobe& ggx) const;
     /// What single scattering loses, and compensation returns.
     Rgb loss(const GgxLobe& ggx, const Vec3& w, const rough_interface::Shares& shares) const;
     /// F of one microfacet, by the cosine on the side of the smaller index.

@@ -5,6 +5,7 @@
 #include "geometry/geometry_set.h"
 #include "geometry/triangle_mesh.h"
 #include "scene/effect_calls.h"
+#include "shading/dispersion.h"
 
 #include <algorithm>
 #include <cmath>
@@ -148,7 +149,7 @@ void MaterialEvaluator::update(Diagnostics& diagnostics) {
     const scene::EffectSet forced = forced_;
     flags_.clear();
     has_presence_ = has_emission_ = is_see_through_ = has_absorption_ = has_interior_media_ =
-        has_priorities_ = has_subsurface_ = false;
+        has_priorities_ = has_subsurface_ = has_dispersion_ = false;
     for (const scene::Material& m : scene.materials) {
         check_constants(scene, m, diagnostics);
         Flags f;
@@ -156,6 +157,10 @@ void MaterialEvaluator::update(Diagnostics& diagnostics) {
         set_transport(m, f, diagnostics);
         f.turns_normals = !is_constant(m.normal) || m.normal.value != Rgb(0.0f, 0.0f, 1.0f);
         if (scene::can_have_sheen(m)) sheen_ = &SheenAlbedo::of_process();
+        f.has_film = scene::can_have_film(m);
+        if (f.has_film) film_ = &FilmTables::of_process();
+        f.is_dispersive = scene::is_dispersive(m);
+        has_dispersion_ = has_dispersion_ || f.is_dispersive;
         f.is_emissive = scene::is_emissive(m);
         f.is_hair = m.hair.has_value();
         f.has_subsurface = scene::can_scatter_below(m);
@@ -379,13 +384,15 @@ Rgb MaterialEvaluator::display_color(const SurfacePoint& point) const {
 SurfaceParameters MaterialEvaluator::parameters(scene::MaterialId material,
                                                 const SurfacePoint& point,
                                                 float footprint,
-                                                float surrounding_index) const {
+                                                float surrounding_index,
+                                                float spread) const {
     const scene::Material& m = scene_.materials[material];
     SurfaceParameters p;
     const Flags& f = flags_[material];
     p.interface = f.interface;
     const Rgb base = unit_interval(color(m.diffuse_color, point, footprint));
     p.ior = valid_ior(scalar(m.ior, point, footprint));
+    const float index = p.ior;
     if (surrounding_index != 1.0f) set_surroundings(f.interfaces_within, surrounding_index, p);
     if (m.use_specular_workflow) {
         p.diffuse = base;
@@ -404,6 +411,9 @@ SurfaceParameters MaterialEvaluator::parameters(scene::MaterialId material,
     const float roughness = unit_interval(scalar(m.roughness, point, footprint));
     p.alpha = roughness * roughness;
     if (f.is_special) add_special(m, f, point, footprint, p);
+    // What is reflected has the index of no wavelength of its own
+    if (spread != 0.0f && f.is_dispersive)
+        p.ior *= dispersed_index(index, m.dispersion, spread) / index;
     return p;
 }
 
@@ -444,8 +454,15 @@ void MaterialEvaluator::add_extras(const scene::MaterialXInputs& x,
     p.f0 = tint * (r * r);
     p.f90 = p.ior == 1.0f ? Rgb(0.0f) : tint;
     if (metallic > 0.0f) {
-        p.f0 = mix(p.f0, unit_interval(color(x.metal_f0, point, footprint)), metallic);
-        p.f90 = mix(p.f90, unit_interval(color(x.metal_f90, point, footprint)), metallic);
+        Rgb f0 = unit_interval(color(x.metal_f0, point, footprint));
+        Rgb f90 = unit_interval(color(x.metal_f90, point, footprint));
+        if (x.film) {
+            const Rgb metal_tint = unit_interval(color(x.film->metal_tint, point, footprint));
+            f0 *= metal_tint;
+            f90 *= metal_tint;
+        }
+        p.f0 = mix(p.f0, f0, metallic);
+        p.f90 = mix(p.f90, f90, metallic);
     }
     if (p.clearcoat > 0.0f) p.coat_ior = valid_ior(scalar(x.coat_ior, point, footprint));
     p.diffuse_roughness = unit_interval(scalar(x.diffuse_roughness, point, footprint));
@@ -458,6 +475,38 @@ void MaterialEvaluator::add_extras(const scene::MaterialXInputs& x,
     p.sheen_color = unit_interval(color(x.sheen_color, point, footprint)) * sheen;
     p.sheen_roughness = std::max(unit_interval(scalar(x.sheen_roughness, point, footprint)),
                                  SheenAlbedo::min_roughness);
+}
+
+/// Of a material that can have one. All indices over that of what light comes from: the side of the
+/// smaller index where the surface transmits.
+FilmParameters MaterialEvaluator::film_parameters(const scene::Material& m,
+                                                  const SurfacePoint& point,
+                                                  float footprint,
+                                                  float surrounding_index,
+                                                  const SurfaceParameters& p) const {
+    const scene::MaterialXInputs& x = *m.extras;
+    const scene::ThinFilmInputs& inputs = *x.film;
+    FilmParameters film;
+    film.tables = film_;
+    film.weight = unit_interval(scalar(inputs.weight, point, footprint));
+    film.thickness = non_negative(scalar(inputs.thickness, point, footprint));
+    film.ior = std::max(valid_ior(scalar(inputs.ior, point, footprint)), 1.0f) / surrounding_index;
+    // A coat covers what is around it by its weight
+    film.above = p.clearcoat > 0.0f ? 1.0f + (p.coat_ior - 1.0f) * p.clearcoat : 1.0f;
+    film.below = valid_ior(scalar(m.ior, point, footprint)) / surrounding_index;
+    if (p.opacity < 1.0f && film.below < 1.0f) {
+        film.ior /= film.below;
+        film.below = film.above / film.below;
+        film.above = 1.0f;
+    }
+    film.tint = unit_interval(color(x.specular_tint, point, footprint));
+    film.metallic = unit_interval(scalar(m.metallic, point, footprint));
+    if (film.metallic > 0.0f) {
+        film.metal_f0 = unit_interval(color(x.metal_f0, point, footprint));
+        film.metal_f90 = unit_interval(color(x.metal_f90, point, footprint));
+        film.metal_tint = unit_interval(color(inputs.metal_tint, point, footprint));
+    }
+    return film;
 }
 
 void MaterialEvaluator::add_anisotropy(const scene::Material& m,
@@ -530,7 +579,8 @@ Vec3 MaterialEvaluator::mapped_normal(const scene::Material& material,
 Bsdf MaterialEvaluator::make_bsdf(const SurfacePoint& point,
                                   const Vec3& wo,
                                   float footprint,
-                                  float surrounding_index) const {
+                                  float surrounding_index,
+                                  float spread) const {
     // What is in front of the smooth surface does not lie below the facet that stands for it
     const Vec3& horizon = point.side != 0 ? point.ns : point.ng;
     if (point.material >= scene_.materials.size()) {
@@ -543,9 +593,18 @@ Bsdf MaterialEvaluator::make_bsdf(const SurfacePoint& point,
             return Bsdf(hair_parameters(*m.hair, point, footprint), fiber->h, fiber->along,
                         fiber->ng, wo);
     }
-    const bool turns_normal = flags_[point.material].turns_normals;
-    return Bsdf(parameters(point.material, point, footprint, surrounding_index), point.ng,
-                turns_normal ? mapped_normal(m, point, footprint) : point.ns, wo, horizon);
+    const Flags& f = flags_[point.material];
+    const Vec3 ns = f.turns_normals ? mapped_normal(m, point, footprint) : point.ns;
+    if (!f.has_film)
+        return Bsdf(parameters(point.material, point, footprint, surrounding_index, spread),
+                    point.ng, ns, wo, horizon);
+    SurfaceParameters p = parameters(point.material, point, footprint, surrounding_index, spread);
+    const FilmParameters film = film_parameters(m, point, footprint, surrounding_index, p);
+    if (film.weight > 0.0f && film.thickness > 0.0f) {
+        count_call(Effect::ThinFilm);
+        p.film = &film;
+    }
+    return Bsdf(p, point.ng, ns, wo, horizon);
 }
 
 Rgb MaterialEvaluator::emission(const SurfacePoint& point, const Vec3&, float footprint) const {

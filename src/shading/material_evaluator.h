@@ -66,11 +66,12 @@ class MaterialEvaluator final : public geometry::Displacer {
 
     /// BSDF at a point, seen from wo.
     /// Args: surrounding_index: index of refraction on the side of the surface that is outside of
-    ///       its solid.
+    ///       its solid; spread: of the wavelength, see dispersion.h.
     Bsdf make_bsdf(const geometry::SurfacePoint& point,
                    const Vec3& wo,
                    float footprint,
-                   float surrounding_index = 1.0f) const;
+                   float surrounding_index = 1.0f,
+                   float spread = 0.0f) const;
 
     /// Emitted radiance towards wo, scene-linear; both sides emit. One comparison where the
     /// material does not emit.
@@ -120,6 +121,9 @@ class MaterialEvaluator final : public geometry::Displacer {
     /// True when light scatters below the surface (subsurface scattering).
     bool has_subsurface(scene::MaterialId material) const { return flags(material).has_subsurface; }
 
+    /// True when the solid refracts each wavelength by an index of its own.
+    bool is_dispersive(scene::MaterialId material) const { return flags(material).is_dispersive; }
+
     /// True when curves of the material scatter as fibers.
     bool is_hair(scene::MaterialId material) const { return flags(material).is_hair; }
 
@@ -167,6 +171,9 @@ class MaterialEvaluator final : public geometry::Displacer {
     /// Some material has subsurface scattering.
     bool has_subsurface() const { return has_subsurface_; }
 
+    /// Some material is dispersive.
+    bool has_dispersion() const { return has_dispersion_; }
+
     /// Cache of the textures, for its statistics.
     const TextureCache& textures() const { return textures_; }
 
@@ -189,6 +196,8 @@ class MaterialEvaluator final : public geometry::Displacer {
         const AnisotropicAlbedo* anisotropic = nullptr;
         bool is_special = false;  // has more than a base and its reflection
         bool turns_normals = false;
+        bool has_film = false;
+        bool is_dispersive = false;
     };
 
     const Flags& flags(scene::MaterialId material) const {
@@ -242,7 +251,8 @@ class MaterialEvaluator final : public geometry::Displacer {
     SurfaceParameters parameters(scene::MaterialId material,
                                  const geometry::SurfacePoint& point,
                                  float footprint,
-                                 float surrounding_index) const;
+                                 float surrounding_index,
+                                 float spread) const;
     void add_special(const scene::Material& material,
                      const Flags& flags,
                      const geometry::SurfacePoint& point,
@@ -253,6 +263,11 @@ class MaterialEvaluator final : public geometry::Displacer {
                     float footprint,
                     float metallic,
                     SurfaceParameters& parameters) const;
+    FilmParameters film_parameters(const scene::Material& material,
+                                   const geometry::SurfacePoint& point,
+                                   float footprint,
+                                   float surrounding_index,
+                                   const SurfaceParameters& parameters) const;
     void add_anisotropy(const scene::Material& material,
                         const geometry::SurfacePoint& point,
                         float footprint,
@@ -271,6 +286,7 @@ class MaterialEvaluator final : public geometry::Displacer {
     std::vector<std::unique_ptr<RoughInterface>> interfaces_;  // shared by materials alike
     std::vector<std::unique_ptr<AnisotropicAlbedo>> anisotropies_;
     const SheenAlbedo* sheen_ = nullptr;  // where a material has sheen
+    const FilmTables* film_ = nullptr;    // where a material has a thin film
     scene::PrimvarId display_color_ = scene::none;
     scene::PrimvarId display_opacity_ = scene::none;
     bool has_presence_ = false;
@@ -280,6 +296,7 @@ class MaterialEvaluator final : public geometry::Displacer {
     bool has_interior_media_ = false;
     bool has_priorities_ = false;
     bool has_subsurface_ = false;
+    bool has_dispersion_ = false;
 };
 
 }  // namespace velatura::shading

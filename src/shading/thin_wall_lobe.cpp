@@ -34,7 +34,7 @@ void ThinWallLobe::set_view(LayerView& v) const {
 }
 
 float ThinWallLobe::reflect_share(const GgxLobe& ggx, float cos_m) const {
-    const Rgb fresnel = fresnel_schlick(ggx.f0, ggx.f90, cos_m);
+    const Rgb fresnel = ggx.fresnel(cos_m);
     const SheetShares sheet = sheet_shares(fresnel, passage(cos_m));
     const float through = (1.0f - opacity) * mean(sheet.transmitted);
     const float reflected = opacity * mean(fresnel) + (1.0f - opacity) * mean(sheet.reflected);
@@ -53,8 +53,7 @@ void ThinWallLobe::add_through(const GgxLobe& ggx,
     wm = length2 > 0.0f ? wm / std::sqrt(length2) : Vec3(0.0f);
     if (wm.z > 0.0f) {
         const float cos_m = std::clamp(v.wo.dot(wm), 0.0f, 1.0f);
-        const SheetShares sheet =
-            sheet_shares(fresnel_schlick(ggx.f0, ggx.f90, cos_m), passage(cos_m));
+        const SheetShares sheet = sheet_shares(ggx.fresnel(cos_m), passage(cos_m));
         value.specular +=
             sheet.transmitted * (share * ggx.d(wm) * ggx.visibility(v, mirrored, mu_i));
         value.pdf += v.probability[Sheet] * (1.0f - reflect_share(ggx, cos_m)) * ggx.pdf(v.wo, wm);

@@ -52,6 +52,23 @@ constexpr EffectFixture fixtures[] = {
     {Effect::RoughDiffuse, "constant",
      VELATURA_NODE_QUAD("float inputs:diffuse_roughness = 0.5", ""),
      VELATURA_NODE_QUAD("float inputs:diffuse_roughness = 0", ""), true},
+    {Effect::ThinFilm, "constant", VELATURA_NODE_QUAD("float inputs:thin_film_thickness = 400", ""),
+     VELATURA_NODE_QUAD("float inputs:thin_film_thickness = 0", ""), true},
+    {Effect::ThinFilm, "by a ramp, on metal",
+     VELATURA_NODE_QUAD(
+         "float inputs:metalness = 1\n float inputs:thin_film_thickness.connect = "
+         "<@@/Mat/N.outputs:out>",
+         "def Shader \"N\" { uniform token info:id = \"ND_ramplr_float\"\n float inputs:valuer = "
+         "600\n float outputs:out }"),
+     "", true},
+    {Effect::Dispersion, "constant",
+     VELATURA_NODE_QUAD("float inputs:transmission = 1\n float inputs:transmission_dispersion = "
+                        "20\n bool inputs:thin_walled = 0",
+                        ""),
+     VELATURA_NODE_QUAD("float inputs:transmission = 1\n float inputs:transmission_dispersion = "
+                        "0\n bool inputs:thin_walled = 0",
+                        ""),
+     true},
     {Effect::Patterns, "ramp",
      VELATURA_NODE_QUAD(
          "color3f inputs:base_color.connect = <@@/Mat/N.outputs:out>",

@@ -216,6 +216,10 @@ class StageWriter {
         add_share("specular_roughness", 0.6);
         add_share("metalness", 0.2);
         add_share("transmission", 0.2);
+        if (chance(0.3))
+            add(fmt::format(" float inputs:thin_film_thickness = {}\n", between(0, 900)));
+        if (chance(0.3))
+            add(fmt::format(" float inputs:transmission_dispersion = {}\n", between(9, 60)));
         add(
             fmt::format(" }}\n def Shader \"N\" {{\n uniform token info:id = \"{}\"\n color3f "
                         "outputs:out\n }}\n",

@@ -128,6 +128,51 @@ scene::Input SurfaceReader::normal(std::string_view name) {
     return scene::Input(straight);
 }
 
+void SurfaceReader::read_metal(Port f0, Port f90, Port tint, scene::Material& m) {
+    if (m.extras->film) {
+        m.extras->film->metal_tint = finish(tint, Rgb(1.0f));
+        tint = builder().color(Rgb(1.0f));
+    }
+    m.extras->metal_f0 = finish(builder().multiply(f0, tint));
+    m.extras->metal_f90 = finish(builder().multiply(f90, tint), Rgb(1.0f));
+}
+
+void SurfaceReader::read_film(const NamedDefault& weight,
+                              const NamedDefault& thickness,
+                              const NamedDefault& ior,
+                              Port to_micrometers,
+                              scene::Material& m) {
+    PatternBuilder& b = builder();
+    const Port share =
+        weight.name.empty() ? b.constant(weight.value) : number(weight.name, weight.value);
+    const Port size = b.multiply(number(thickness.name, thickness.value), to_micrometers);
+    if (!weight.name.empty()) note_neutral(weight.name, share, scene::Effect::ThinFilm);
+    if (!can_be_positive(share)) return;
+    note_neutral(thickness.name, size, scene::Effect::ThinFilm);
+    if (!can_be_positive(size)) return;
+    scene::ThinFilmInputs& film = m.extras->film.emplace();
+    film.weight = finish(share, Rgb(1.0f));
+    film.thickness = finish(size, Rgb(0.5f));
+    film.ior = finish(number(ior.name, ior.value), Rgb(ior.value));
+}
+
+void SurfaceReader::read_abbe_number(std::string_view name,
+                                     double otherwise,
+                                     double scale,
+                                     scene::Material& m) {
+    const double abbe = graph.constant_number(shader, name, otherwise);
+    if (abbe > 0.0) {
+        m.dispersion = float(scale / abbe);
+    } else if (abbe == 0.0) {
+        graph.ctx.note_zero(scene::Effect::Dispersion, shader, fmt::format("{} 0", name));
+    } else {
+        graph.ctx.warn("material-out-of-range", shader.attribute("inputs:" + std::string(name)),
+                       fmt::format("inputs:{} is {:g}, expected an Abbe number above 0; the index "
+                                   "of refraction is the same for all wavelengths",
+                                   name, abbe));
+    }
+}
+
 void SurfaceReader::read_scatter(scene::Material& m) {
     const Port scatter = color("transmission_scatter", Rgb(0.0f));
     note_neutral("transmission_scatter", scatter, scene::Effect::InteriorMedia);

@@ -55,6 +55,26 @@ struct SurfaceReader {
     void warn_unknown(std::span<const std::string_view> known);
     /// What `transmission_scatter` and its anisotropy say of the inside, where there is one.
     void read_scatter(scene::Material& m);
+    /// The reflectances of metal and a factor of both, which a film keeps apart.
+    void read_metal(Port f0, Port f90, Port tint, scene::Material& m);
+
+    struct NamedDefault {
+        std::string_view name;  ///< empty: it is the default
+        float value;
+    };
+
+    /// A thin film, unless it is constant and of no weight or thickness. Before read_metal().
+    /// to_micrometers: factor of the thickness.
+    void read_film(const NamedDefault& weight,
+                   const NamedDefault& thickness,
+                   const NamedDefault& ior,
+                   Port to_micrometers,
+                   scene::Material& m);
+    /// Dispersion by the Abbe number of an input, which 0 means none of; scale: divides it.
+    void read_abbe_number(std::string_view name,
+                          double otherwise,
+                          double scale,
+                          scene::Material& m);
     /// The normal of the surface from a normalmap node, in tangent space.
     scene::Input normal(std::string_view name);
 };

@@ -109,7 +109,13 @@ void read_transmission(SurfaceReader& s, Port metalness, Port tint, scene::Mater
     if (!(m.transmission_depth > 0.0f)) color = b.multiply(color, tint);
     m.transmission_color = s.finish(color, Rgb(1.0f));
     s.read_scatter(m);
-    s.reject("transmission_dispersion_scale", 0.0f);
+    if (m.thin_walled) return;
+    const double scale = s.graph.constant_number(s.shader, "transmission_dispersion_scale", 0.0);
+    if (scale > 0.0)
+        s.read_abbe_number("transmission_dispersion_abbe_number", 20.0, scale, m);
+    else if (s.is_authored("transmission_dispersion_scale"))
+        s.graph.ctx.note_zero(scene::Effect::Dispersion, s.shader,
+                              "transmission_dispersion_scale 0");
 }
 
 /// Diffuse base and what lies deeper than it; of a thin wall, half of that goes through.
@@ -166,15 +172,15 @@ scene::Material read_open_pbr_surface(SurfaceReader& s) {
     const Port weight = s.number("specular_weight", 1.0f);
     const Port color = s.color("specular_color", Rgb(1.0f));
     m.metallic = s.finish(metalness);
+    s.read_film({"thin_film_weight", 0.0f}, {"thin_film_thickness", 0.5f}, {"thin_film_ior", 1.4f},
+                b.constant(1.0f), m);
     if (s.can_be_positive(metalness)) {
         // F82-tint: specular_color times Schlick's reflectance at a cosine of 1/7
         const Port schlick = b.mix(base_color, b.color(Rgb(1.0f)), b.constant(0.46266438f));
         const Port f90 = b.is_constant(color, 1.0f)
                              ? b.color(Rgb(1.0f))
                              : schlick_f90(b, base_color, b.multiply(schlick, color));
-        const Port scale = b.multiply(tint, weight);
-        m.extras->metal_f0 = s.finish(b.multiply(base_color, scale));
-        m.extras->metal_f90 = s.finish(b.multiply(f90, scale), Rgb(1.0f));
+        s.read_metal(base_color, f90, b.multiply(tint, weight), m);
     }
     m.extras->specular_tint = s.finish(b.multiply(color, tint), Rgb(1.0f));
     m.ior = s.finish(modulated_ior(b, s.number("specular_ior", 1.5f), weight), Rgb(1.5f));
@@ -196,7 +202,6 @@ scene::Material read_open_pbr_surface(SurfaceReader& s) {
         b.multiply(s.color("emission_color", Rgb(1.0f)), s.number("emission_luminance", 0.0f)),
         tint));
     m.normal = s.normal("geometry_normal");
-    s.reject("thin_film_weight", 0.0f);
     s.warn_unknown(known_inputs);
     return m;
 }

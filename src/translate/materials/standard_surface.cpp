@@ -149,7 +149,8 @@ void read_transmission(SurfaceReader& s, Port metalness, const Coat& coat, scene
     if (!(m.transmission_depth > 0.0f)) color = b.multiply(color, coat.tint);
     m.transmission_color = s.finish(color, Rgb(1.0f));
     s.read_scatter(m);
-    s.reject("transmission_dispersion", 0.0f);
+    if (!m.thin_walled && s.is_authored("transmission_dispersion"))
+        s.read_abbe_number("transmission_dispersion", 0.0, 1.0, m);
     s.reject("transmission_extra_roughness", 0.0f);
 }
 
@@ -197,6 +198,9 @@ scene::Material read_standard_surface(SurfaceReader& s) {
 
     // Metal and dielectric
     m.metallic = s.finish(metalness);
+    // Nanometers here
+    s.read_film({{}, 1.0f}, {"thin_film_thickness", 0.0f}, {"thin_film_IOR", 1.5f},
+                b.constant(1e-3f), m);
     const Port specular =
         b.multiply(s.color("specular_color", Rgb(1.0f)), s.number("specular", 1.0f));
     if (s.can_be_positive(metalness)) {
@@ -205,8 +209,7 @@ scene::Material read_standard_surface(SurfaceReader& s) {
             b.is_constant(specular, 1.0f)
                 ? b.color(Rgb(1.0f))
                 : schlick_f90(b, reflectivity, conductor_at_82(b, reflectivity, specular));
-        m.extras->metal_f0 = s.finish(b.multiply(reflectivity, coat.tint));
-        m.extras->metal_f90 = s.finish(b.multiply(f90, coat.tint), Rgb(1.0f));
+        s.read_metal(reflectivity, f90, coat.tint, m);
     }
     m.extras->specular_tint = s.finish(b.multiply(specular, coat.tint), Rgb(1.0f));
     m.ior = s.finish(s.number("specular_IOR", 1.5f), Rgb(1.5f));
@@ -222,7 +225,6 @@ scene::Material read_standard_surface(SurfaceReader& s) {
     m.emissive_color = s.finish(b.multiply(
         b.multiply(s.color("emission_color", Rgb(1.0f)), s.number("emission", 0.0f)), coat.tint));
     m.normal = s.normal("normal");
-    s.reject("thin_film_thickness", 0.0f);
     s.warn_unknown(known_inputs);
     return m;
 }

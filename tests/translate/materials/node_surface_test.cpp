@@ -218,16 +218,77 @@ TEST(NodeSurface, SubsurfaceHasItsRadius) {
     EXPECT_EQ(t.count("unsupported-input") + o.count("unsupported-input"), 0u);
 }
 
+TEST(NodeSurface, ThinFilms) {
+    Translated s, o, none;
+    translate_surface(standard,
+                      "float inputs:thin_film_thickness = 400\nfloat inputs:thin_film_IOR = 1.3\n"
+                      "float inputs:metalness = 1\nfloat inputs:coat = 1\n"
+                      "color3f inputs:coat_color = (0.5, 1, 1)\n"
+                      "color3f inputs:base_color = (0.8, 0.6, 0.4)",
+                      s);
+    const scene::Material& m = s.scene.materials[0];
+    ASSERT_TRUE(scene::can_have_film(m));
+    const scene::ThinFilmInputs& film = *m.extras->film;
+    EXPECT_EQ(film.weight.value.x, 1.0f);
+    EXPECT_NEAR(film.thickness.value.x, 0.4f, 1e-6f);
+    EXPECT_EQ(film.ior.value.x, 1.3f);
+    // The coat absorbs, the film does not
+    EXPECT_EQ(film.metal_tint.value, Rgb(0.5f, 1.0f, 1.0f));
+    EXPECT_EQ(m.extras->metal_f0.value, Rgb(0.8f, 0.6f, 0.4f));
+
+    translate_surface(open_pbr,
+                      "float inputs:thin_film_weight = 0.5\nfloat inputs:base_metalness = 1\n"
+                      "float inputs:specular_weight = 0.7",
+                      o);
+    ASSERT_TRUE(scene::can_have_film(o.scene.materials[0]));
+    const scene::MaterialXInputs& x = *o.scene.materials[0].extras;
+    EXPECT_EQ(x.film->weight.value.x, 0.5f);
+    EXPECT_EQ(x.film->thickness.value.x, 0.5f);
+    EXPECT_EQ(x.film->ior.value.x, 1.4f);
+    EXPECT_EQ(x.film->metal_tint.value, Rgb(0.7f));
+
+    for (const char* nothing : {"", "float inputs:thin_film_weight = 0\n",
+                                "float inputs:thin_film_weight = 1\n"
+                                "float inputs:thin_film_thickness = 0"}) {
+        Translated t;
+        translate_surface(open_pbr, nothing, t);
+        EXPECT_FALSE(t.scene.materials[0].extras->film.has_value()) << nothing;
+    }
+    EXPECT_EQ(s.count("unsupported-input") + o.count("unsupported-input"), 0u);
+}
+
+TEST(NodeSurface, Dispersion) {
+    Translated s, o, none, wrong;
+    translate_surface(
+        standard, "float inputs:transmission = 1\nfloat inputs:transmission_dispersion = 30", s);
+    EXPECT_FLOAT_EQ(s.scene.materials[0].dispersion, 1.0f / 30.0f);
+    translate_surface(open_pbr,
+                      "float inputs:transmission_weight = 1\n"
+                      "float inputs:transmission_dispersion_scale = 0.5",
+                      o);
+    EXPECT_FLOAT_EQ(o.scene.materials[0].dispersion, 0.5f / 20.0f);
+    translate_surface(open_pbr,
+                      "float inputs:transmission_weight = 1\n"
+                      "float inputs:transmission_dispersion_abbe_number = 30",
+                      none);
+    EXPECT_EQ(none.scene.materials[0].dispersion, 0.0f);
+    translate_surface(standard,
+                      "float inputs:transmission = 1\nfloat inputs:transmission_dispersion = -3",
+                      wrong);
+    EXPECT_EQ(wrong.scene.materials[0].dispersion, 0.0f);
+    EXPECT_EQ(wrong.count("material-out-of-range"), 1u);
+    EXPECT_EQ(s.count("unsupported-input") + o.count("unsupported-input"), 0u);
+}
+
 TEST(NodeSurface, WhatIsNotSimulatedIsNamed) {
     Translated t;
     translate_surface(
         standard,
-        "float inputs:thin_film_thickness = 400\nfloat inputs:coat = 1\n"
+        "float inputs:coat = 1\n"
         "float inputs:coat_anisotropy = 0.5\nfloat inputs:transmission = 0.5\n"
-        "float inputs:transmission_dispersion = 20\n"
         "float inputs:transmission_extra_roughness = 0.1\nfloat inputs:unheard_of = 1",
         t);
-    EXPECT_EQ(t.count("unsupported-input"), 4u);
+    EXPECT_EQ(t.count("unsupported-input"), 2u);
     EXPECT_EQ(t.count("unknown-shader-input"), 1u);
     for (const Diagnostic& d : t.diagnostics.all()) {
         if (d.code == "unsupported-input") {

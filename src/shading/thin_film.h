@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/math.h"
+
+#include <array>
+#include <vector>
+
+/// Interference in a film without absorption between what is above a surface and its base
+/// (docs/adr/0057).
+namespace velatura::shading {
+
+/// What an observer sees of light by its wavelength: shares of linear Rec.709 channels of light
+/// that is white to them (CIE 1931 standard observer, illuminant D65). Each channel's shares sum to
+/// 1 over the wavelengths; some are negative.
+namespace film_observer {
+
+inline constexpr int first_nm = 380, last_nm = 780;
+
+/// Shares of the wavelengths first_nm, first_nm + 1, … last_nm.
+std::vector<Vec3d> shares();
+
+}  // namespace film_observer
+
+/// What interference of light with a path difference leaves of it: means of cos(2πx/λ) and
+/// sin(2πx/λ) over the wavelengths, per channel. The functions of the path difference x that
+/// Belcour & Barla 2017, "A Practical Extension to Microfacet Theory for the Modeling of Varying
+/// Iridescence", section 4, approximate by Gaussians; here tabulated.
+class FilmSpectrum {
+  public:
+    struct Means {
+        Rgb cosine = Rgb(0.0f), sine = Rgb(0.0f);
+    };
+
+    FilmSpectrum();
+
+    /// difference: micrometers, ≥ 0. Beyond `reach` no fringes are left.
+    Means at(float difference) const;
+
+    static constexpr float reach = 24.0f;
+
+  private:
+    static constexpr int steps_per_unit = 160;
+    std::vector<Means> table_;
+};
+
+/// Where microfacets of a GGX width reflect, by the cosine of light on them: the cosines of equal
+/// shares of the lobe, in ascending order. The mean of a function over them is its mean over the
+/// lobe, which grows exact as the function changes little from one to the next.
+class FacetCosines {
+  public:
+    static constexpr int count = 8, average_count = 16;
+
+    FacetCosines();
+
+    /// For one direction; mu in [0, 1]. alpha below specular_switch_alpha: a mirror.
+    std::array<float, count> at(float mu, float alpha) const;
+    /// For all directions, with the weight of their cosines.
+    std::array<float, average_count> average(float alpha) const;
+
+  private:
+    static constexpr int rows = 20, columns = 40;
+    std::vector<std::array<float, count>> at_;               // [row][column]
+    std::vector<std::array<float, average_count>> average_;  // [row]
+};
+
+struct FilmTables {
+    FilmSpectrum spectrum;
+    FacetCosines cosines;
+
+    /// Made when first asked for, in 0.1 s.
+    static const FilmTables& of_process();
+};
+
+/// A film at one point. All finite.
+struct FilmParameters {
+    const FilmTables* tables = nullptr;
+    float weight = 0;      ///< share of the surface that it covers, [0, 1]
+    float thickness = 0;   ///< micrometers
+    float ior = 1.4f;      ///< of the film, ≥ 1; all indices over that of the surroundings
+    float above = 1;       ///< index of what lies on the film: 1, or that of a coat
+    float below = 1.5f;    ///< index of the dielectric below it
+    Rgb tint = Rgb(1.0f);  ///< factor of what film and dielectric reflect
+    float metallic = 0;    ///< share of metal below it, [0, 1]
+    Rgb metal_f0 = Rgb(0.0f), metal_f90 = Rgb(1.0f);  ///< of metal without film, as fresnel_schlick
+    Rgb metal_tint = Rgb(1.0f);                       ///< factor of what film and metal reflect
+};
+
+/// Complex index of refraction n + ik.
+struct MetalIndex {
+    float n = 1, k = 0;
+};
+
+/// Index of refraction of a metal that reflects f0 at normal incidence and, as far
+/// as any such metal can, `at_82` at a cosine of 1/7. Both in [0, 1].
+/// Ref: Gulbrandsen 2014, "Artist Friendly Metallic Fresnel", JCGT 3(4).
+MetalIndex metal_index(float f0, float at_82);
+
+/// Reflectance of a base that a film covers in part: Airy's sum over the reflections in the film,
+/// averaged over polarizations and, by its Fourier series, over the wavelengths.
+class FilmFresnel {
+  public:
+    /// bare_f0, bare_f90: of the base without film.
+    FilmFresnel(const FilmParameters& film, const Rgb& bare_f0, const Rgb& bare_f90);
+
+    /// cosine: on the side of the smaller index, in [0, 1]. Each channel in [0, 1].
+    Rgb at(float cosine) const;
+
+    const FacetCosines& cosines() const { return p_.tables->cosines; }
+
+    /// Changes the grazing reflectance of the base without film.
+    void set_bare_f90(const Rgb& f90) { bare_f90_ = f90; }
+
+  private:
+    struct Interfaces;
+    Rgb reflected(const Interfaces& interfaces) const;
+    Rgb dielectric(float cosine) const;
+    Rgb metal(float cosine) const;
+
+    FilmParameters p_;
+    Rgb bare_f0_, bare_f90_;
+    std::array<MetalIndex, 3> metal_index_ = {};
+};
+
+}  // namespace velatura::shading
