@@ -2,6 +2,7 @@
 #include "compositor/bake/bake.h"
 
 #include "compositor/look/row_names.h"
+#include "compositor/look/stack_color.h"
 #include "compositor/mix/mix_plan.h"
 
 #include <fmt/format.h>
@@ -98,6 +99,7 @@ class Baker {
     const Look& look_;
     const RowNames names_;          ///< of the file, without the look's sets
     std::vector<GroupGain> gains_;  ///< per group
+    image::ColorMatrix file_from_rec709_ = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     Bake out_;
 };
 
@@ -173,6 +175,9 @@ std::vector<bool> Baker::select(const Control& control) {
 
 void Baker::apply(const Control& control, const std::vector<bool>& groups) {
     const std::optional<double> stops = stops_of(control);
+    const std::array<float, 3> factor = control.kind == Kind::Kelvin
+                                            ? kelvin_tint(control.kelvin, file_from_rec709_)
+                                            : control.factor;
     for (size_t g = 0; g < groups.size(); ++g) {
         if (!groups[g]) continue;
         GroupGain& gain = gains_[g];
@@ -181,9 +186,9 @@ void Baker::apply(const Control& control, const std::vector<bool>& groups) {
         } else if (stops) {
             gain.stops += *stops;
         } else if (control.kind == Kind::Gain) {
-            gain.intensity *= double(control.factor[0]);
+            gain.intensity *= double(factor[0]);
         } else {
-            for (size_t c = 0; c < 3; ++c) gain.tint[c] *= double(control.factor[c]);
+            for (size_t c = 0; c < 3; ++c) gain.tint[c] *= double(factor[c]);
         }
     }
 }
@@ -328,6 +333,10 @@ Result<Bake> Baker::run() {
     if (stack_.header().light_values.empty())
         return Error{"no-light-values",
                      "the file has no light values in velatura/lights; render it again"};
+    const auto color = color_of_stack(stack_, look_);
+    if (!color) return color.error();
+    file_from_rec709_ = image::file_from_rec709(*color);
+    if (color->known) out_.color_space = color->known->names[0];
     for (const Control& control : look_.controls) {
         const std::vector<bool> groups = select(control);
         if (control.kind != Kind::Solo) apply(control, groups);

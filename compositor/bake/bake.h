@@ -16,14 +16,15 @@ namespace velatura::compositor::bake {
 struct BakedLight {
     std::string path;  ///< prim path
     std::optional<double> intensity, exposure;
-    std::optional<std::array<double, 3>> color;  ///< linear Rec.709
+    std::optional<std::array<double, 3>> color;  ///< in Bake::color_space
     std::vector<std::string> connected = {};     ///< inputs whose connections have to go
-    bool has_color_space = false;                ///< the scene's color is in another space
+    bool has_color_space = false;                ///< the color's space has to be said
 };
 
 /// A look as opinions over light prims, and what of it lights cannot say.
 struct Bake {
     std::vector<BakedLight> lights;
+    std::string color_space = "lin_rec709_scene";  ///< that of the file
     /// What the layer does to whole groups, as a look of the file: a mute, or a gain and a tint
     /// each.
     Look baked;

@@ -48,7 +48,11 @@ std::string number(double v) {
     return fmt::format("{}", float(v));
 }
 
-void print(std::string& text, const std::string& name, const OverPrim& prim, int depth) {
+void print(std::string& text,
+           const std::string& name,
+           const OverPrim& prim,
+           const std::string& color_space,
+           int depth) {
     const std::string indent(size_t(4 * depth), ' ');
     text += fmt::format("{0}over \"{1}\"\n{0}{{\n", indent, name);
     if (const BakedLight* light = prim.light) {
@@ -65,10 +69,13 @@ void print(std::string& text, const std::string& name, const OverPrim& prim, int
             const auto& c = *light->color;
             add("color3f", "color",
                 fmt::format("({}, {}, {}){}", number(c[0]), number(c[1]), number(c[2]),
-                            light->has_color_space ? " (colorSpace = \"lin_rec709_scene\")" : ""));
+                            light->has_color_space
+                                ? fmt::format(" (colorSpace = \"{}\")", color_space)
+                                : std::string()));
         }
     }
-    for (const auto& [child, below] : prim.children) print(text, child, below, depth + 1);
+    for (const auto& [child, below] : prim.children)
+        print(text, child, below, color_space, depth + 1);
     text += indent + "}\n";
 }
 
@@ -166,7 +173,7 @@ Result<std::string> bake_layer_text(const Bake& bake, const std::string& source)
     for (const std::string& line : bake.notes) text += comment("note: " + line);
     for (const auto& [name, prim] : root.children) {
         text += "\n";
-        print(text, name, prim, 0);
+        print(text, name, prim, bake.color_space, 0);
     }
     return text;
 }

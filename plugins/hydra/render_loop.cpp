@@ -42,6 +42,7 @@ void author_settings(const RenderJob& job, LayerBuilder& builder) {
     settings.set("resolution", "int2", Value(usd::layer::Vec2i(job.width, job.height)));
     settings.set("pixelAspectRatio", "float", Value(float(job.pixel_aspect_ratio)));
     settings.set_token("aspectRatioConformPolicy", job.aspect_conform);
+    settings.set_token("renderingColorSpace", job.settings.working_space);
     settings.target("camera", {Path::from(job.camera_path)});
     settings.author(builder, Path::from(settings_path));
 }

@@ -17,10 +17,10 @@ using namespace PXR_NS;
 namespace {
 
 const TfToken seed_name("velatura:seed"), depth_name("velatura:maxDepth"),
-    bounces_name("velatura:bounces"), caustics_name("velatura:caustics"),
-    guiding_name("velatura:guiding"), splits_name("velatura:splitting"),
-    adaptive_name("velatura:adaptive"), clamp_direct_name("velatura:clampDirect"),
-    clamp_indirect_name("velatura:clampIndirect");
+    bounces_name("velatura:bounces"), space_name("velatura:workingSpace"),
+    caustics_name("velatura:caustics"), guiding_name("velatura:guiding"),
+    splits_name("velatura:splitting"), adaptive_name("velatura:adaptive"),
+    clamp_direct_name("velatura:clampDirect"), clamp_indirect_name("velatura:clampIndirect");
 
 std::optional<integrator::Guiding> guiding_mode(const std::string& name) {
     using integrator::Guiding;
@@ -51,6 +51,8 @@ HdRenderSettingDescriptorList setting_descriptors() {
         {"Seed", seed_name, VtValue(fallback.seed)},
         {"Maximum depth (0: unlimited)", depth_name, VtValue(fallback.max_depth)},
         {"Bounces with a layer", bounces_name, VtValue(fallback.bounces)},
+        {"Working space (lin_rec709, acescg, lin_rec2020, lin_p3d65, lin_adobergb, aces2065-1)",
+         space_name, VtValue(fallback.working_space)},
         {"Caustics (path, manifold, small-lights, light, auto)", caustics_name,
          VtValue(fallback.caustics)},
         {"Path guiding (off, auto, on)", guiding_name, VtValue(fallback.guiding)},
@@ -71,6 +73,7 @@ HostSettings read_settings(const HdRenderDelegate& delegate) {
     read(seed_name, host.seed);
     read(depth_name, host.max_depth);
     read(bounces_name, host.bounces);
+    read(space_name, host.working_space);
     read(caustics_name, host.caustics);
     read(guiding_name, host.guiding);
     read(splits_name, host.splits);

@@ -16,6 +16,7 @@ struct HostSettings {
     int seed = 0;
     int max_depth = 0;
     int bounces = 4;  ///< layers b0 … b<bounces>, tail
+    std::string working_space = "lin_rec709";
     std::string caustics = "auto";
     std::string guiding = "auto";
     bool splits = true;

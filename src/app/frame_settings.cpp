@@ -149,6 +149,7 @@ FrameSettings frame_settings(const RenderJob& job,
     add("depth of field", s.disable_depth_of_field ? "off" : "on");
     add("motion blur", s.disable_motion_blur ? "off" : "on");
     add("purposes", fmt::format("{}", fmt::join(s.included_purposes, ",")));
+    add("--working-space", s.working_space);
     add("material purposes", fmt::format("{}", fmt::join(s.material_binding_purposes, ",")));
     add("files", files_state(input.scene, files));
     add("--max-depth", job.settings.tracer.max_depth);

@@ -83,6 +83,7 @@ translate::TranslateOptions translate_options(const RenderJob& job, double frame
     if (a.resolution.size() == 2)
         options.resolution = std::array<int, 2>{a.resolution[0], a.resolution[1]};
     options.material_purpose = a.material_purpose;
+    options.working_space = a.working_space;
     if (!a.purposes.empty()) {
         options.purposes = a.purposes;
         options.purposes.emplace_back("default");
@@ -128,7 +129,8 @@ std::vector<layers::LightValues> light_values(const LoadedStage& loaded,
 
 /// Of what prepare_frame() says.
 int exit_code_of(const Error& error) {
-    return error.code == "lpe" ? UsageError : RenderError;
+    const bool is_of_option = error.code == "lpe" || error.code == "unknown-working-space";
+    return is_of_option ? UsageError : RenderError;
 }
 
 int prepare_all(const RenderArguments& arguments, const FrameFunction& use) {

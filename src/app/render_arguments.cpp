@@ -55,6 +55,13 @@ void declare_scene_options(Command scene, RenderArguments& a) {
                     "Material binding purpose; a prim without such a binding uses allPurpose")
         .default_text("the render settings', else full")
         .one_of({"full", "preview", "allPurpose"});
+    scene
+        .add_option("--working-space", a.working_space,
+                    "Linear RGB color space of the render and its file: lin_rec709, acescg, "
+                    "lin_rec2020, lin_p3d65, lin_adobergb, aces2065-1, or another name of these")
+        .default_text("the render settings' renderingColorSpace, else lin_rec709")
+        .type_name("SPACE")
+        .not_empty();
     add_search_path_option(scene, a.assets.search_paths);
     add_override_options(scene, a.assets.overrides);
 }

@@ -90,6 +90,7 @@ struct RenderArguments {
     std::string replay;  ///< x,y,s
     std::vector<std::string> purposes;
     std::string material_purpose;
+    std::string working_space;  ///< empty: that of the render settings
     bool quiet = false;
     int verbosity = 0;
 };

@@ -230,8 +230,8 @@ Result<layers::DeepImage> write_deep_image(const DeepFilm& film, const std::stri
     deep.display = reader->header().display;
     deep.pixel_aspect_ratio = reader->header().pixel_aspect_ratio;
     for (const auto& [name, attribute] : reader->header().attributes) {
-        if (name == "software" || name == "chromaticities" || name.starts_with("worldTo") ||
-            name == "velatura/scene")
+        if (name == "software" || name == "chromaticities" || name == "colorInteropID" ||
+            name.starts_with("worldTo") || name == "velatura/scene")
             deep.attributes[name] = attribute;
     }
     nlohmann::ordered_json how;

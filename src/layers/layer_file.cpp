@@ -161,6 +161,9 @@ Result<std::vector<std::string>> write_split(const std::string& path,
                                                  : c.name.substr(0, c.name.find('.'));
             if (layers.count(layer) == 0) order.push_back(layer);
             if (is_matte) layers[layer].attributes = part.attributes;
+            // Data stay data in a file of their own
+            if (const auto id = part.attributes.find("colorInteropID"); id != part.attributes.end())
+                layers[layer].attributes.insert(*id);
             layers[layer].channels.push_back(std::move(c));
         }
     }

@@ -52,11 +52,12 @@ struct FileInfo {
     std::array<float, 16> world_to_ndc = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
     std::array<float, 8> chromaticities = {0.64f, 0.33f, 0.30f,   0.60f,
                                            0.15f, 0.06f, 0.3127f, 0.3290f};
-    std::vector<BadSample> bad_samples;     ///< goes into velatura/samples
-    MatteNames matte_names;                 ///< only used with LayerSet::mattes
-    std::vector<LightValues> light_values;  ///< goes into velatura/lights
+    std::string color_space = "lin_rec709_scene";  ///< colorInteropID of those chromaticities
+    std::vector<BadSample> bad_samples;            ///< goes into velatura/samples
+    MatteNames matte_names;                        ///< only used with LayerSet::mattes
+    std::vector<LightValues> light_values;         ///< goes into velatura/lights
     /// Of the file that this one is made from: stands in place of software, rate, cameras and
-    /// chromaticities above, which are not written then.
+    /// colors above, which are not written then.
     std::optional<image::Attributes> carried;
 };
 

@@ -250,6 +250,7 @@ void write_layer_header(image::Image& image,
         a["software"] = info.software;
         a["framesPerSecond"] = info.frames_per_second;
         a["chromaticities"] = info.chromaticities;
+        a["colorInteropID"] = info.color_space;
         a["worldToCamera"] = info.world_to_camera;
         a["worldToNDC"] = info.world_to_ndc;
     }

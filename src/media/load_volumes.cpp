@@ -68,8 +68,18 @@ class Loader {
             return false;
         }
         take(grid->bytes());
+        if (is_color && grid->channels == 3 && !field.colors.is_identity())
+            decode(field.colors, grid->values);
         field.voxels = std::make_shared<const scene::VoxelGrid>(std::move(*grid));
         return true;
+    }
+
+    static void decode(const scene::ColorDecoding& colors, std::vector<float>& values) {
+        for (size_t i = 0; i + 2 < values.size(); i += 3) {
+            const Vec3d color =
+                colors(Vec3d(double(values[i]), double(values[i + 1]), double(values[i + 2])));
+            for (size_t c = 0; c < 3; ++c) values[i + c] = float(color[int(c)]);
+        }
     }
 
     void take(size_t bytes) { left_ -= std::min(left_, bytes); }

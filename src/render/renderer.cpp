@@ -2,6 +2,7 @@
 #include "render/renderer.h"
 
 #include "base/check.h"
+#include "image/primaries.h"
 #include "render/light_images.h"
 #include "render/subdivider_choice.h"
 
@@ -274,6 +275,13 @@ film::Film Renderer::take_film() {
     return std::move(*taken);
 }
 
+void state_color_space(const scene::RenderSettings& settings, layers::FileInfo& info) {
+    const image::StandardSpace* space = image::standard_space(settings.working_space);
+    VELATURA_CHECK(space != nullptr, "a working space that files cannot state");
+    info.color_space = settings.working_space;
+    info.chromaticities = space->primaries;
+}
+
 layers::FileInfo Renderer::file_info() const {
     const scene::RenderSettings& s = scene_->settings;
     const integrator::WorldOptions size = world_options();
@@ -286,6 +294,7 @@ layers::FileInfo Renderer::file_info() const {
     info.world_to_ndc = to_floats(world_->camera.world_to_ndc());
     info.bad_samples = film_->bad_samples();
     if (mattes_) info.matte_names = mattes_->names();
+    state_color_space(s, info);
     return info;
 }
 

@@ -223,4 +223,7 @@ class Renderer {
     std::unique_ptr<film::Film> film_;
 };
 
+/// Says in the metadata of a file in which color space its colors are.
+void state_color_space(const scene::RenderSettings& settings, layers::FileInfo& info);
+
 }  // namespace velatura::render

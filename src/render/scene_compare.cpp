@@ -30,8 +30,8 @@ auto members(const scene::MaterialXInputs& v) {
 }
 
 auto members(const scene::Hair& v) {
-    const auto& [a, b, c, d, e, f, g, h, i] = v;
-    return std::tie(a, b, c, d, e, f, g, h, i);
+    const auto& [a, b, c, d, e, f, g, h, i, j, k] = v;
+    return std::tie(a, b, c, d, e, f, g, h, i, j, k);
 }
 
 auto members(const scene::MediumProperties& v) {
@@ -188,9 +188,9 @@ auto members(const scene::Volume& v) {
 
 /// Not the grid itself: it is that of the file.
 auto members(const scene::VolumeField& v) {
-    const auto& [a, b, c, d, e, f, voxels] = v;
+    const auto& [a, b, c, d, e, f, g, voxels] = v;
     (void)voxels;
-    return std::tie(a, b, c, d, e, f);
+    return std::tie(a, b, c, d, e, f, g);
 }
 
 auto members(const scene::VoxelGrid::Brick& v) {
@@ -215,9 +215,9 @@ auto members(const scene::RenderProduct& v) {
 
 /// Not the size of the image.
 auto members(const scene::RenderSettings& v) {
-    const auto& [a, pass, b, width, height, c, d, e, f, g, h, i, j, k, l] = v;
+    const auto& [a, pass, b, width, height, c, d, e, f, g, space, h, i, j, k, l] = v;
     (void)width, (void)height;
-    return std::tie(a, pass, b, c, d, e, f, g, h, i, j, k, l);
+    return std::tie(a, pass, b, c, d, e, f, g, space, h, i, j, k, l);
 }
 
 /// Not the place in a file.

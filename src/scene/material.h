@@ -63,7 +63,10 @@ struct Hair {
         Absorber::Melanin;  ///< which of the next three inputs says what the inside absorbs
     Input color = Input(Rgb(0.5f));  ///< of many fibers together, about
     Input eumelanin = Input(1.3f),
-          pheomelanin = Input(0.0f);      ///< concentrations; what makes hair dark, and red
+          pheomelanin = Input(0.0f);  ///< concentrations; what makes hair dark, and red
+    /// Of a concentration of 1 [1/radius]. Ref: d'Eon et al. 2011, section 6.1.
+    Rgb eumelanin_absorption = Rgb(0.419f, 0.697f, 1.37f),
+        pheomelanin_absorption = Rgb(0.187f, 0.4f, 1.05f);
     Input absorption = Input(Rgb(0.0f));  ///< 1 over the radius of the fiber
     Input roughness = Input(0.3f),
           azimuthal_roughness = Input(0.3f);  ///< along the fiber and around it, [0, 1]

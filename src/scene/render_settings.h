@@ -41,6 +41,7 @@ struct RenderSettings {
                                              1};  ///< xmin, ymin, xmax, ymax; origin bottom left
     bool disable_depth_of_field = false;
     bool disable_motion_blur = false;
+    std::string working_space = "lin_rec709_scene";  ///< of all colors; a name of image/primaries.h
     std::vector<std::string> included_purposes = {"default", "render"};
     std::vector<std::string> material_binding_purposes = {"full", ""};
     std::vector<RenderProduct> products;

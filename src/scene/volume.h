@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/math.h"
+#include "scene/color_decoding.h"
 #include "scene/ids.h"
 #include "scene/linking.h"
 #include "scene/mesh.h"
@@ -21,6 +22,7 @@ struct VolumeField {
     std::string grid;      ///< name within the file
     int index = 0;         ///< among the grids of that name
     GridKind kind = GridKind::AsStored;
+    ColorDecoding colors = {};  ///< of a grid of colors
     ProvenanceId provenance = none;
     std::shared_ptr<const VoxelGrid> voxels;  ///< null: not read
 };

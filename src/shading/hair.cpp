@@ -92,8 +92,8 @@ float color_scale(float b) {
 
 }  // namespace
 
-Rgb absorption_of_melanin(float eumelanin, float pheomelanin) {
-    return Rgb(0.419f, 0.697f, 1.37f) * eumelanin + Rgb(0.187f, 0.4f, 1.05f) * pheomelanin;
+Rgb absorption_of_melanin(const scene::Hair& hair, float eumelanin, float pheomelanin) {
+    return hair.eumelanin_absorption * eumelanin + hair.pheomelanin_absorption * pheomelanin;
 }
 
 Rgb absorption_of_color(const Rgb& color, float azimuthal_roughness) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/math.h"
+#include "scene/material.h"
 
 #include <array>
 
@@ -21,7 +22,7 @@ inline constexpr float min_hair_roughness = 0.01f;
 
 /// Absorption by concentrations of what makes hair dark and red [1/radius].
 /// Ref: d'Eon et al. 2011, "An Energy-Conserving Hair Reflectance Model", section 6.1.
-Rgb absorption_of_melanin(float eumelanin, float pheomelanin);
+Rgb absorption_of_melanin(const scene::Hair& hair, float eumelanin, float pheomelanin);
 
 /// The absorption with which many fibers together look like the color, about.
 /// Ref: Chiang et al. 2016, equation 9.

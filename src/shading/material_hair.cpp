@@ -42,7 +42,7 @@ HairParameters MaterialEvaluator::hair_parameters(const scene::Hair& hair,
             break;
         case scene::Hair::Absorber::Melanin:
             p.sigma_a = absorption_of_melanin(
-                within(scalar(hair.eumelanin, point, footprint), 0.0f, max_absorption),
+                hair, within(scalar(hair.eumelanin, point, footprint), 0.0f, max_absorption),
                 within(scalar(hair.pheomelanin, point, footprint), 0.0f, max_absorption));
             break;
         case scene::Hair::Absorber::Coefficient:

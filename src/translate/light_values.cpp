@@ -13,7 +13,10 @@ namespace velatura::translate {
 
 namespace {
 
-LightPrimValues values_of(const usd::stage::Stage& stage, Prim prim, TimeCode time) {
+LightPrimValues values_of(const usd::stage::Stage& stage,
+                          Prim prim,
+                          const color::WorkingSpace& working,
+                          TimeCode time) {
     LightPrimValues v;
     const auto input = [&](const std::string& name) {
         const Attribute own = prim.attribute("inputs:" + name);
@@ -28,11 +31,12 @@ LightPrimValues values_of(const usd::stage::Stage& stage, Prim prim, TimeCode ti
     const auto space = color::color_space_of(color, [](auto&&...) {});
     if (const auto authored = read_vector(color, 3, time)) {
         Vec3d linear((*authored)[0], (*authored)[1], (*authored)[2]);
-        if (space) linear = space->decoding(linear);
+        linear = working.from(space.value_or(color::ColorSpace()))(linear);
         for (int c = 0; c < 3; ++c)
             v.color[size_t(c)] = space ? std::max(linear[c], 0.0) : linear[c];
     }
-    v.has_color_space = space && !space->decoding.is_identity();
+    v.has_color_space =
+        !working.is_rec709() || (space.has_value() && !space->decoding.is_identity());
     v.uses_color_temperature = read_bool(input("enableColorTemperature"), false, time);
     v.color_temperature = read_number(input("colorTemperature"), 6500.0, time);
     for (const char* name : {"intensity", "exposure", "color"}) {
@@ -53,12 +57,13 @@ std::vector<LightPrimValues> light_prim_values(const usd::stage::Stage& stage,
     for (const scene::MeshLight& light : scene.mesh_lights) {
         if (light.shows_material) material_shown.insert(light.name);
     }
+    const auto working = color::WorkingSpace::named(scene.settings.working_space);
     std::vector<LightPrimValues> out;
     for (const scene::LightGroup& group : scene.groups) {
         for (const std::string& path : group.prims) {
             const Prim prim = stage.prim_at(path);
             if (!prim) continue;
-            out.push_back(values_of(stage, prim, time));
+            out.push_back(values_of(stage, prim, working.value_or(color::WorkingSpace()), time));
             out.back().shows_material = material_shown.contains(path);
         }
     }

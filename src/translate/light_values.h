@@ -15,12 +15,12 @@ struct LightPrimValues {
     std::string path;  ///< prim path
     std::string type;  ///< USD type
     double intensity = 1, exposure = 0;
-    std::array<double, 3> color = {1, 1, 1};
+    std::array<double, 3> color = {1, 1, 1};  ///< in the working space
     bool uses_color_temperature = false;
     double color_temperature = 6500;
     std::vector<std::string> varying;  ///< of intensity, exposure, color: those that change in time
     std::vector<std::string> connected;  ///< of those: the ones with connections
-    bool has_color_space = false;        ///< the color is authored in another than linear Rec.709
+    bool has_color_space = false;        ///< `color` is in another space than what is authored
     bool is_in_instance = false;  ///< below a native instance, where no opinion can be authored
     bool shows_material = false;  ///< the camera sees the material's emission, not the light's
 };

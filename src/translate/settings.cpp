@@ -319,6 +319,29 @@ void note_no_settings(Context& ctx) {
                                      out.width, out.height));
 }
 
+/// The space of all colors: the option's, else the one that the settings name.
+Result<void> choose_working_space(Context& ctx, Prim settings, const TranslateOptions& options) {
+    const Attribute authored = settings ? settings.attribute("renderingColorSpace") : Attribute();
+    const bool is_option = !options.working_space.empty();
+    const std::string name = is_option             ? options.working_space
+                             : authored.is_valid() ? read_text(authored, "", ctx.time)
+                                                   : std::string();
+    const auto working = color::WorkingSpace::named(name);
+    if (working) {
+        ctx.state<color::WorkingSpace>() = *working;
+        ctx.scene.settings.working_space = working->id();
+        return {};
+    }
+    const std::string expected = fmt::format("expected one of {}", color::WorkingSpace::choices());
+    if (is_option)
+        return Error{"unknown-working-space",
+                     fmt::format("working space '{}' is not supported; {}", name, expected)};
+    ctx.warn("unsupported-color-space", authored,
+             fmt::format("renderingColorSpace {} is not supported, linear Rec.709 is used; {}",
+                         name, expected));
+    return {};
+}
+
 }  // namespace
 
 Result<void> read_render_settings(Context& ctx, const TranslateOptions& options) {
@@ -336,15 +359,9 @@ Result<void> read_render_settings(Context& ctx, const TranslateOptions& options)
         if (prim.attribute("materialBindingPurposes").has_authored_value())
             out.material_binding_purposes =
                 read_texts(prim.attribute("materialBindingPurposes"), ctx.time);
-        const std::string space = read_text(prim.attribute("renderingColorSpace"), "", ctx.time);
-        const color::ColorSpace* named = color::named_color_space(space);
-        if (named == nullptr || !named->decoding.is_identity()) {
-            ctx.warn("unsupported-color-space", prim.attribute("renderingColorSpace"),
-                     fmt::format("renderingColorSpace {} is not supported, linear Rec.709 is used",
-                                 space));
-        }
         read_products(ctx, prim, options, out, resolution);
     }
+    if (auto space = choose_working_space(ctx, prim, options); !space) return space.error();
     if (auto error = check_resolution(ctx, options, resolution)) return *std::move(error);
     // A name that leads nowhere was warned of
     if (!prim && !ctx.rendered.pass && !ctx.stage.metadata("renderSettingsPrimPath"))

@@ -80,7 +80,6 @@ constexpr UnusedAttribute unused[] = {
     {"Shader", "info:implementationSource", Warned,
      "shader source code is not supported; info:id selects the shader"},
     {"UsdPreviewSurface", "inputs:occlusion", Warned},
-    {"RenderSettings", "renderingColorSpace", Warned},
     {"RenderProduct", "productType", Warned},
     {"RenderPass", "denoise:enable", Warned, "the image is not denoised; `velatura-comp denoise`"},
     {"RenderPass", "passType", NoEffect},

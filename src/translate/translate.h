@@ -26,6 +26,7 @@ struct TranslateOptions {
     std::optional<std::array<int, 2>> resolution;  ///< width, height in pixels
     std::vector<std::string> purposes;             ///< instead of the settings' includedPurposes
     std::string material_purpose;  ///< full, preview, allPurpose; instead of the settings' purposes
+    std::string working_space;     ///< name of a linear space; instead of renderingColorSpace
     lights::LightGrouping light_grouping = lights::LightGrouping::PerLight;
     /// Primvars that are read whether a material reads them or not; Scene::found_primvars lists
     /// all.
@@ -53,7 +54,7 @@ struct TranslateOptions {
 /// else one that frames everything (a note says so). Lights: a stage without lights and without
 /// emissive materials gets a white dome of radiance 1 in the group `default`. What is found and not
 /// rendered gets one warning per kind and prim. Errors: "unknown-camera", "unknown-settings",
-/// "unknown-pass", "bad-camera", "bad-resolution".
+/// "unknown-pass", "bad-camera", "bad-resolution", "unknown-working-space".
 Result<scene::Scene> translate_stage(const usd::stage::Stage& stage,
                                      const TranslateOptions& options,
                                      Diagnostics& diagnostics);

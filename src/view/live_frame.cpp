@@ -341,6 +341,7 @@ void LiveFrame::draw_draft(int reduction) {
     info.pixel_aspect_ratio = renderer_.scene().settings.pixel_aspect_ratio;
     if (mattes_) info.matte_names = mattes_->names();
     info.light_values = input_->light_values;
+    render::state_color_space(renderer_.scene().settings, info);
     publish_levels(film, info, reduction);
     shown_reduction_ = reduction;
     if (!is_first) return;

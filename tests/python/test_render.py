@@ -119,7 +119,7 @@ def test_wrong_values_are_usage_errors(scene, options, text):
 
 # A value of each option of a render
 VALUES = {
-    "camera": "/World/Cam", "settings": "", "pass_": "", "frames": 5, "purpose": ["render", "proxy"], "material_purpose": "preview",
+    "camera": "/World/Cam", "settings": "", "pass_": "", "frames": 5, "purpose": ["render", "proxy"], "material_purpose": "preview", "working_space": "acescg",
     "search_path": "FOLDER", "session": "LAYER", "variant": None, "set": "/World/Ball.radius=0.5", "output": "FOLDER/o.exr",
     "res": "8x8", "crop": (0, 1, 0, 0.5), "exr_layout": "single", "exr_compression": "zips", "float_layers": True, "spp": 2,
     "time": "10s", "target_error": "90%", "require_target": True, "forecast": "1%", "adaptive": False, "max_depth": 2,

@@ -137,7 +137,7 @@ TEST(Hair, WhiteFurnaceIsOne) {
 
 TEST(Hair, WhatIsAbsorbedIsMissing) {
     HairParameters p = fiber(0.3f, 0.3f, 0.035f);
-    p.sigma_a = absorption_of_melanin(0.6f, 0.4f);
+    p.sigma_a = absorption_of_melanin(scene::Hair(), 0.6f, 0.4f);
     for (const float h : {-0.8f, 0.1f, 0.9f}) {
         const HairLobes lobes(p, h);
         const HairLobes::View view = lobes.view(direction(0.5, 1.0));
@@ -228,7 +228,8 @@ TEST(Hair, ColorsComeBackFromAbsorption) {
     EXPECT_LT(tan.x, tan.y);
     EXPECT_LT(tan.y, tan.z);
     EXPECT_TRUE(is_finite(absorption_of_color(Rgb(0.0f), 0.3f)));
-    EXPECT_LT(absorption_of_melanin(0.3f, 0.0f).x, absorption_of_melanin(8.0f, 0.0f).x);
+    EXPECT_LT(absorption_of_melanin(scene::Hair(), 0.3f, 0.0f).x,
+              absorption_of_melanin(scene::Hair(), 8.0f, 0.0f).x);
 }
 
 TEST(HairBsdf, IsTheLobesWhateverTheFrame) {

@@ -51,7 +51,7 @@ TEST_F(Textures, ColorsOfOtherSpacesAreDecodedBeforeScaleAndBias) {
     scene::Texture t =
         texture(folder.write("space.exr", 1, 1, 3, OIIO::TypeFloat, {0.5f, 0.0f, 0.0f}));
     t.colors.decoding.exponent = 2;
-    t.colors.decoding.to_rec709 = {0, 0, 0, 1, 0, 0, 0, 0, 0};
+    t.colors.decoding.to_working = {0, 0, 0, 1, 0, 0, 0, 0, 0};
     t.scale = {2, 2, 2, 2};
     t.bias = {1, 1, 1, 0};
     const TexelRgba texel = at(open(t), 0.5, 0.5);

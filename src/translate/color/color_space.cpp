@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/color/color_space.h"
 
+#include "translate/color/blackbody.h"
 #include "translate/color/named_color_space.h"
 #include "translate/context/values.h"
 
@@ -48,19 +49,17 @@ std::optional<ColorSpace> defined_on(Prim prim,
         };
         const Primaries p = {pair("redChroma", {1, 0}), pair("greenChroma", {0, 1}),
                              pair("blueChroma", {0, 0}), pair("whitePoint", {1.0 / 3, 1.0 / 3})};
-        const auto matrix = rec709_from(p);
+        std::optional<ColorSpace> space = linear_space_of(p);
         const double gamma = read_number(attribute("gamma"), 1.0, TimeCode());
         const double bias = read_number(attribute("linearBias"), 0.0, TimeCode());
-        if (!matrix || !(gamma > 0.0) || !std::isfinite(gamma) || !std::isfinite(bias)) {
+        if (!space || !(gamma > 0.0) || !std::isfinite(gamma) || !std::isfinite(bias)) {
             warn_color("bad-color-space", attribute("name"),
                        fmt::format("color space {} has no three primaries, no white or no positive "
                                    "gamma; its values are read as linear Rec.709",
                                    name));
             return ColorSpace();
         }
-        ColorSpace space;
-        set_curve(gamma, bias, space.decoding);
-        space.decoding.to_rec709 = *matrix;
+        set_curve(gamma, bias, space->decoding);
         return space;
     }
     return std::nullopt;
@@ -115,10 +114,6 @@ std::optional<ColorSpace> own_space(const Attribute& attribute, const ColorWarni
     return ColorSpace();
 }
 
-bool is_color(const Attribute& attribute) {
-    return attribute.type_name().view().starts_with("color");
-}
-
 ColorWarning complaint_of(Context& ctx) {
     return [&ctx](std::string code, const Attribute& where, std::string message) {
         ctx.warn(std::move(code), where, std::move(message));
@@ -147,17 +142,33 @@ std::optional<ColorSpace> space_in(Context& ctx, const Attribute& attribute) {
     return inherited_space(ctx, attribute.prim());
 }
 
-scene::TexelColors texel_colors_in(const ColorSpace& space) {
-    scene::TexelColors colors{scene::SourceColorSpace::Raw, space.decoding};
+scene::ColorDecoding decoding_of(Context& ctx, const ColorSpace& space, Meaning meaning) {
+    return meaning == Meaning::Number ? space.decoding : ctx.state<WorkingSpace>().from(space);
+}
+
+/// What makes the numbers of an attribute those of the renderer.
+scene::ColorDecoding decoding_of(Context& ctx, const Attribute& attribute, Meaning meaning) {
+    const std::optional<ColorSpace> space = space_in(ctx, attribute);
+    if (meaning == Meaning::ByType && !space && !is_color(attribute)) return {};
+    return decoding_of(ctx, space.value_or(ColorSpace()), meaning);
+}
+
+scene::TexelColors texel_colors_in(Context& ctx, const ColorSpace& space, Meaning meaning) {
+    scene::TexelColors colors{scene::SourceColorSpace::Raw, decoding_of(ctx, space, meaning)};
     if (!space.is_srgb) return colors;
     // sRGB comes off before texels are filtered
     colors.curve = scene::SourceColorSpace::Srgb;
+    const auto to_working = colors.decoding.to_working;
     colors.decoding = scene::ColorDecoding();
-    colors.decoding.to_rec709 = space.decoding.to_rec709;
+    colors.decoding.to_working = to_working;
     return colors;
 }
 
 }  // namespace
+
+bool is_color(const Attribute& attribute) {
+    return attribute.type_name().view().starts_with("color");
+}
 
 std::optional<ColorSpace> color_space_of(const Attribute& attribute,
                                          const ColorWarning& warn_color) {
@@ -168,25 +179,24 @@ std::optional<ColorSpace> color_space_of(const Attribute& attribute,
 bool read_color_rows(Context& ctx,
                      const Attribute& attribute,
                      std::vector<float>& out,
-                     int& width) {
+                     int& width,
+                     Meaning meaning) {
     if (!read_rows(attribute.value(ctx.time), out, width)) return false;
     if (width != 3 && width != 4) return true;
-    const std::optional<ColorSpace> space = space_in(ctx, attribute);
-    if (!space || space->decoding.is_identity()) return true;
+    const scene::ColorDecoding decoding = decoding_of(ctx, attribute, meaning);
+    if (decoding.is_identity()) return true;
     for (size_t i = 0; i + 2 < out.size(); i += size_t(width)) {
-        const Vec3d color =
-            space->decoding(Vec3d(double(out[i]), double(out[i + 1]), double(out[i + 2])));
+        const Vec3d color = decoding(Vec3d(double(out[i]), double(out[i + 1]), double(out[i + 2])));
         for (size_t c = 0; c < 3; ++c) out[i + c] = float(color[int(c)]);
     }
     return true;
 }
 
-std::optional<Vec3d> read_color(Context& ctx, const Attribute& attribute) {
+std::optional<Vec3d> read_color(Context& ctx, const Attribute& attribute, Meaning meaning) {
     const auto v = read_vector(attribute, 3, ctx.time);
     if (!v) return std::nullopt;
     const Vec3d color((*v)[0], (*v)[1], (*v)[2]);
-    const std::optional<ColorSpace> space = space_in(ctx, attribute);
-    return space ? space->decoding(color) : color;
+    return decoding_of(ctx, attribute, meaning)(color);
 }
 
 std::optional<Vec3d> read_light_color(Context& ctx, const Attribute& attribute) {
@@ -195,26 +205,32 @@ std::optional<Vec3d> read_light_color(Context& ctx, const Attribute& attribute) 
     const auto min_of = [](const auto& v) { return std::min({v[0], v[1], v[2]}); };
     if (!color || !(min_of(*color) < 0.0) || min_of(*authored) < 0.0) return color;
     ctx.warn("color-outside-gamut", attribute,
-             fmt::format("{} is ({:.4g}, {:.4g}, {:.4g}) in linear Rec.709, which is not a valid "
-                         "light color; negative channels are set to 0",
-                         attribute.name().str(), color->x, color->y, color->z));
+             fmt::format("{} is ({:.4g}, {:.4g}, {:.4g}) in {}, which is not a valid light color; "
+                         "negative channels are set to 0",
+                         attribute.name().str(), color->x, color->y, color->z,
+                         ctx.state<WorkingSpace>().label()));
     for (int c = 0; c < 3; ++c) (*color)[c] = std::max((*color)[c], 0.0);
     return color;
 }
 
-std::optional<scene::TexelColors> texel_colors_of(Context& ctx, Prim prim, std::string_view name) {
+std::optional<scene::TexelColors> texel_colors_of(Context& ctx,
+                                                  Prim prim,
+                                                  std::string_view name,
+                                                  Meaning meaning) {
     const std::string bare = bare_color_space_name(name);
-    if (bare == "auto" || bare == "unknown") return scene::TexelColors();
+    if (bare == "auto" || bare == "unknown")
+        return unmarked_texels(ctx, scene::SourceColorSpace::Auto, meaning);
     const auto space = find_space(prim, name, complaint_of(ctx));
-    return space ? std::optional(texel_colors_in(*space)) : std::nullopt;
+    return space ? std::optional(texel_colors_in(ctx, *space, meaning)) : std::nullopt;
 }
 
 std::optional<scene::TexelColors> texel_colors_of(Context& ctx,
-                                                  const std::vector<Attribute>& files) {
+                                                  const std::vector<Attribute>& files,
+                                                  Meaning meaning) {
     for (const Attribute& file : files) {
         const std::string name = text_of(file.metadata("colorSpace"));
         if (name.empty()) continue;
-        if (const auto named = texel_colors_of(ctx, file.prim(), name)) return named;
+        if (const auto named = texel_colors_of(ctx, file.prim(), name, meaning)) return named;
         ctx.warn(
             "unknown-color-space", file,
             fmt::format("color space {} is unknown, the image is read as without a color space",
@@ -223,7 +239,19 @@ std::optional<scene::TexelColors> texel_colors_of(Context& ctx,
     }
     if (files.empty()) return std::nullopt;
     const std::optional<ColorSpace>& above = inherited_space(ctx, files.front().prim());
-    return above ? std::optional(texel_colors_in(*above)) : std::nullopt;
+    return above ? std::optional(texel_colors_in(ctx, *above, meaning)) : std::nullopt;
+}
+
+scene::TexelColors unmarked_texels(Context& ctx, scene::SourceColorSpace curve, Meaning meaning) {
+    return {curve, decoding_of(ctx, ColorSpace(), meaning)};
+}
+
+Vec3d from_rec709(Context& ctx, const Vec3d& color) {
+    return ctx.state<WorkingSpace>().from_rec709(color);
+}
+
+Vec3d blackbody_color(Context& ctx, double kelvin) {
+    return from_rec709(ctx, blackbody_rgb(kelvin));
 }
 
 void note_color_configuration(Context& ctx) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/color/named_color_space.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -66,18 +68,25 @@ Mat3d xyz_from_rgb(const Primaries& p) {
     return m;
 }
 
-std::array<double, 9> to_rec709(const Mat3d& d65_from_rgb) {
-    const Mat3d m = product(xyz_from_rgb(rec709).inverse(), d65_from_rgb);
-    std::array<double, 9> out;
+ColorMatrix rows_of(const Mat3d& m) {
+    ColorMatrix out;
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) out[size_t(3 * i + j)] = m[j][i];
     return out;
 }
 
-enum class Curve : uint8_t { None, Srgb, G18, G22, G24, AdobeRgb };
-enum class Gamut : uint8_t { Rec709, Ap0, Ap1, P3, Rec2020, AdobeRgb, Xyz };
+Mat3d matrix_of(const ColorMatrix& m) {
+    return rows({{{m[0], m[1], m[2]}, {m[3], m[4], m[5]}, {m[6], m[7], m[8]}}});
+}
 
-constexpr size_t gamut_count = 7;
+ColorMatrix to_rec709(const Mat3d& d65_from_rgb) {
+    return rows_of(product(xyz_from_rgb(rec709).inverse(), d65_from_rgb));
+}
+
+enum class Curve : uint8_t { None, Srgb, G18, G22, G24, AdobeRgb };
+enum class Gamut : uint8_t { Data, Rec709, Ap0, Ap1, P3, Rec2020, AdobeRgb, Xyz };
+
+constexpr size_t gamut_count = 8;
 
 struct SpaceNames {
     Curve curve;
@@ -90,8 +99,8 @@ struct SpaceNames {
 /// MaterialX Specification 1.38 and 1.39, "Color Spaces and Color Management Systems"; the ACES
 /// configurations of OpenColorIO 1 and 2 and the one of Maya.
 constexpr SpaceNames space_names[] = {
+    {Curve::None, Gamut::Data, "none raw data identity unknown noncolor utilityraw"},
     {Curve::None, Gamut::Rec709,
-     "none raw data identity unknown noncolor utilityraw "
      "linrec709 linrec709scene linrec709display linsrgb linear scenelinear linearrec709 linearsrgb "
      "linearrec709srgb srgblinear utilitylinearrec709 utilitylinearsrgb scenelinearrec709srgb"},
     {Curve::Srgb, Gamut::Rec709,
@@ -148,36 +157,56 @@ scene::ColorDecoding curve_alone(Curve curve) {
     return out;
 }
 
-std::array<double, 9> gamut_matrix(Gamut gamut) {
-    const auto of = [](const Primaries& p) {
-        return to_rec709(product(to_d65(p.white), xyz_from_rgb(p)));
-    };
+Mat3d d65_from(const Primaries& p) {
+    return product(to_d65(p.white), xyz_from_rgb(p));
+}
+
+Mat3d d65_from(Gamut gamut) {
     switch (gamut) {
+        case Gamut::Data:
         case Gamut::Rec709:
             break;
         case Gamut::Ap0:
-            return of(ap0);
+            return d65_from(ap0);
         case Gamut::Ap1:
-            return of(ap1);
+            return d65_from(ap1);
         case Gamut::P3:
-            return of(p3);
+            return d65_from(p3);
         case Gamut::Rec2020:
-            return of(rec2020);
+            return d65_from(rec2020);
         case Gamut::AdobeRgb:
-            return of(adobe_rgb);
+            return d65_from(adobe_rgb);
         case Gamut::Xyz:
-            return to_rec709(Mat3d());
+            return Mat3d();
     }
-    return scene::ColorDecoding().to_rec709;
+    return xyz_from_rgb(rec709);
 }
 
+/// A space that a scene can be rendered in.
+struct WorkingChoice {
+    std::string_view id, label;
+    Gamut gamut;
+};
+
+/// CIE XYZ is none: its white is not of three equal numbers.
+constexpr WorkingChoice working_choices[] = {
+    {"lin_rec709_scene", "linear Rec.709", Gamut::Rec709},
+    {"lin_ap1_scene", "ACEScg", Gamut::Ap1},
+    {"lin_ap0_scene", "ACES2065-1", Gamut::Ap0},
+    {"lin_rec2020_scene", "linear Rec.2020", Gamut::Rec2020},
+    {"lin_p3d65_scene", "linear P3-D65", Gamut::P3},
+    {"lin_adobergb_scene", "linear Adobe RGB", Gamut::AdobeRgb}};
+
 std::map<std::string, ColorSpace, std::less<>> make_spaces() {
-    std::array<std::array<double, 9>, gamut_count> matrices;
-    for (size_t i = 0; i < gamut_count; ++i) matrices[i] = gamut_matrix(Gamut(i));
+    std::array<Mat3d, gamut_count> matrices;
+    for (size_t i = 0; i < gamut_count; ++i) matrices[i] = d65_from(Gamut(i));
     std::map<std::string, ColorSpace, std::less<>> spaces;
     for (const SpaceNames& row : space_names) {
-        ColorSpace space{curve_alone(row.curve), row.curve == Curve::Srgb};
-        space.decoding.to_rec709 = matrices[size_t(row.gamut)];
+        ColorSpace space{curve_alone(row.curve), row.curve == Curve::Srgb,
+                         row.gamut == Gamut::Data};
+        const Mat3d& matrix = matrices[size_t(row.gamut)];
+        space.d65_from_rgb = rows_of(matrix);
+        if (row.gamut > Gamut::Rec709) space.decoding.to_working = to_rec709(matrix);
         for (std::string_view rest = row.names; !rest.empty();) {
             const size_t end = std::min(rest.find(' '), rest.size());
             spaces.emplace(rest.substr(0, end), space);
@@ -188,6 +217,11 @@ std::map<std::string, ColorSpace, std::less<>> make_spaces() {
 }
 
 }  // namespace
+
+const ColorMatrix& d65_from_rec709() {
+    static const ColorMatrix matrix = rows_of(xyz_from_rgb(rec709));
+    return matrix;
+}
 
 const ColorSpace* named_color_space(std::string_view name) {
     static const auto spaces = make_spaces();
@@ -206,17 +240,56 @@ std::string bare_color_space_name(std::string_view name) {
     return out;
 }
 
-std::optional<std::array<double, 9>> rec709_from(const Primaries& p) {
+std::optional<ColorSpace> linear_space_of(const Primaries& p) {
     constexpr double min_area = 1e-6;
     const auto side = [&](const std::array<double, 2>& c, int i) {
         return c[size_t(i)] - p.red[size_t(i)];
     };
     const double area = side(p.green, 0) * side(p.blue, 1) - side(p.green, 1) * side(p.blue, 0);
     if (!(std::abs(area) > min_area)) return std::nullopt;
-    const auto out = to_rec709(product(to_d65(p.white), xyz_from_rgb(p)));
+    const Mat3d matrix = d65_from(p);
+    ColorSpace space;
+    space.d65_from_rgb = rows_of(matrix);
+    const ColorMatrix& out = space.decoding.to_working = to_rec709(matrix);
     const bool is_good =
         std::all_of(out.begin(), out.end(), [](double v) { return std::isfinite(v); });
-    return is_good ? std::optional(out) : std::nullopt;
+    return is_good ? std::optional(space) : std::nullopt;
+}
+
+std::optional<WorkingSpace> WorkingSpace::named(std::string_view name) {
+    const ColorSpace* space = named_color_space(name);
+    if (space == nullptr || space->is_data || space->decoding.has_curve()) return std::nullopt;
+    for (const WorkingChoice& choice : working_choices) {
+        const ColorSpace& of_choice = *named_color_space(choice.id);
+        if (of_choice.d65_from_rgb != space->d65_from_rgb) continue;
+        WorkingSpace working;
+        working.id_ = choice.id;
+        working.label_ = choice.label;
+        working.d65_from_rgb_ = space->d65_from_rgb;
+        return working;
+    }
+    return std::nullopt;
+}
+
+std::string WorkingSpace::choices() {
+    std::string text;
+    for (const WorkingChoice& choice : working_choices)
+        text += fmt::format("{}{} ({})", text.empty() ? "" : ", ", choice.id, choice.label);
+    return text;
+}
+
+scene::ColorDecoding WorkingSpace::from(const ColorSpace& space) const {
+    scene::ColorDecoding decoding = space.decoding;
+    if (is_rec709() || space.is_data) return decoding;
+    decoding.to_working = scene::ColorDecoding().to_working;
+    if (space.d65_from_rgb == d65_from_rgb_) return decoding;
+    decoding.to_working =
+        rows_of(product(matrix_of(d65_from_rgb_).inverse(), matrix_of(space.d65_from_rgb)));
+    // A channel that a color has no part in stays without it
+    constexpr double rounding = 1e-12;
+    for (double& v : decoding.to_working)
+        if (std::abs(v) < rounding) v = 0.0;
+    return decoding;
 }
 
 }  // namespace velatura::translate::color

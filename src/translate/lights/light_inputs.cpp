@@ -2,7 +2,6 @@
 #include "translate/lights/light_inputs.h"
 
 #include "base/asset_bytes.h"
-#include "translate/color/blackbody.h"
 #include "translate/color/color_space.h"
 #include "translate/context/values.h"
 #include "translate/lights/ies_file.h"
@@ -121,7 +120,7 @@ Vec3d read_radiance(Context& ctx, Prim prim, double default_intensity) {
                      fmt::format("colorTemperature {} K is outside [1000, 10000] and is clamped",
                                  kelvin));
         }
-        Le *= color::blackbody_rgb(kelvin);
+        Le *= color::blackbody_color(ctx, kelvin);
     }
     return Le * (intensity * std::exp2(exposure));
 }

@@ -129,8 +129,10 @@ void read_portals(Context& ctx, Prim prim, scene::Light& light) {
 void read_light_texture(Context& ctx, Prim prim, const Attribute& file, scene::Light& light) {
     light.texture_file = file.resolved_asset_path(ctx.time);
     light.texture_colors =
-        color::texel_colors_of(ctx, {prim.attribute("inputs:texture:file"), file})
-            .value_or(scene::TexelColors());
+        color::texel_colors_of(ctx, {prim.attribute("inputs:texture:file"), file},
+                               color::Meaning::Color)
+            .value_or(
+                color::unmarked_texels(ctx, scene::SourceColorSpace::Auto, color::Meaning::Color));
 }
 
 void read_dome(Context& ctx, Prim prim, scene::Light& light) {

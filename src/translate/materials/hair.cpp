@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 
 namespace velatura::translate::materials {
@@ -61,6 +62,18 @@ scene::Hair::Absorber read_absorber(Context& ctx, Prim shader) {
     return has_color && !has_melanin ? Absorber::Color : Absorber::Melanin;
 }
 
+/// The absorption that lets pass, over the radius of a fiber, the color in the working space that
+/// this one lets pass in linear Rec.709. Longer ways are close to it: absorption is no color.
+Rgb working_absorption(Context& ctx, const Rgb& absorption) {
+    if (ctx.state<color::WorkingSpace>().is_rec709()) return absorption;
+    Vec3d passed;
+    for (int c = 0; c < 3; ++c) passed[c] = std::exp(-double(absorption[c]));
+    passed = color::from_rec709(ctx, passed);
+    Rgb out;
+    for (int c = 0; c < 3; ++c) out[c] = float(-std::log(std::clamp(passed[c], 1e-6, 1.0)));
+    return out;
+}
+
 }  // namespace
 
 scene::Material read_hair(Context& ctx, Prim shader, MaterialEntry& entry) {
@@ -72,7 +85,9 @@ scene::Material read_hair(Context& ctx, Prim shader, MaterialEntry& entry) {
     const bool has_red = has_input(shader, "pheomelanin");
     hair.eumelanin = reader.number("eumelanin", has_red ? 0.0f : hair.eumelanin.value.x);
     hair.pheomelanin = reader.number("pheomelanin", hair.pheomelanin.value.x);
-    hair.absorption = reader.color("absorption", hair.absorption.value);
+    hair.eumelanin_absorption = working_absorption(ctx, hair.eumelanin_absorption);
+    hair.pheomelanin_absorption = working_absorption(ctx, hair.pheomelanin_absorption);
+    hair.absorption = reader.vector("absorption", hair.absorption.value);
     hair.roughness = reader.number("roughness", hair.roughness.value.x);
     hair.azimuthal_roughness =
         reader.number("azimuthalRoughness", hair.azimuthal_roughness.value.x);

@@ -50,7 +50,7 @@ float usable_anisotropy(Context& ctx, const Attribute& from, std::string_view wh
 
 /// A coefficient, the same everywhere.
 Rgb coefficient(NodeGraphReader& graph, Prim shader, std::string_view name) {
-    const Port p = graph.input(shader, name, graph.builder.color(Rgb(0.0f)));
+    const Port p = graph.numbers(shader, name, graph.builder.color(Rgb(0.0f)));
     const Attribute from = shader.attribute("inputs:" + std::string(name));
     const scene::PatternValue* v = graph.builder.constant_value(p);
     if (v == nullptr) {

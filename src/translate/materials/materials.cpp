@@ -97,7 +97,7 @@ void read_subsurface(Context& ctx, InputReader& reader, scene::Material& materia
     const Attribute color = shader.attribute("inputs:velatura:subsurfaceColor");
     if (color.has_authored_value() || color.has_authored_connections())
         material.subsurface_color = reader.color("velatura:subsurfaceColor", Rgb(1.0f));
-    material.subsurface_radius = reader.color("velatura:subsurfaceRadius", Rgb(1.0f));
+    material.subsurface_radius = reader.vector("velatura:subsurfaceRadius", Rgb(1.0f));
     material.subsurface_anisotropy =
         float(reader.constant_number("velatura:subsurfaceAnisotropy", 0.0));
     if (material.thin_walled && !is_zero(material.subsurface))
@@ -116,7 +116,7 @@ void read_subsurface(Context& ctx, InputReader& reader, scene::Material& materia
 /// What scatters in the solid.
 void read_scatter(Context& ctx, InputReader& reader, scene::Material& material) {
     const Attribute attribute = reader.shader.attribute("inputs:velatura:transmissionScatter");
-    const scene::Input scatter = reader.color("velatura:transmissionScatter", Rgb(0.0f));
+    const scene::Input scatter = reader.vector("velatura:transmissionScatter", Rgb(0.0f));
     if (!scene::is_constant(scatter))
         ctx.warn(
             "unsupported-connection", attribute,
@@ -216,7 +216,7 @@ scene::Material read_preview_surface(Context& ctx, Prim shader, MaterialEntry& e
     material.presence = reader.constant_text("opacityMode", "transparent") == "presence";
     material.ior = reader.number("ior", 1.5f);
     read_own_inputs(ctx, reader, material);
-    material.normal = reader.color("normal", Rgb(0.0f, 0.0f, 1.0f));
+    material.normal = reader.vector("normal", Rgb(0.0f, 0.0f, 1.0f));
     const scene::Input& emission = material.emissive_color;
     entry.is_emissive =
         emission.source != scene::Input::Source::Constant || !is_black(emission.value);

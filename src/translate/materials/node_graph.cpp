@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace velatura::translate::materials {
 
@@ -72,11 +73,19 @@ std::string NodeGraphReader::id_of(Prim shader) {
 Port NodeGraphReader::any_input(Prim node, std::string_view name, Port otherwise) {
     const Attribute attribute = input_attribute(node, name);
     if (!attribute.is_valid()) return otherwise;
+    const bool outer = std::exchange(reads_numbers_, reads_numbers_ || !color::is_color(attribute));
+    const Port p = read_input(attribute, otherwise);
+    reads_numbers_ = outer;
+    return p;
+}
+
+Port NodeGraphReader::read_input(const Attribute& attribute, Port otherwise) {
     const ShaderSource source = shader_source(ctx, attribute);
     if (source.shader) return output_of(source, otherwise);
     std::vector<float> rows;
     int width = 0;
-    if (!color::read_color_rows(ctx, source.value, rows, width) || rows.empty() || width > 4)
+    if (!color::read_color_rows(ctx, source.value, rows, width, meaning()) || rows.empty() ||
+        width > 4)
         return otherwise;
     scene::PatternValue value(0.0f);
     for (int i = 0; i < width; ++i) value[i] = rows[size_t(i)];
@@ -92,9 +101,18 @@ Port NodeGraphReader::input(Prim node, std::string_view name, Port otherwise) {
     return otherwise;
 }
 
+Port NodeGraphReader::numbers(Prim node, std::string_view name, Port otherwise) {
+    const bool outer = std::exchange(reads_numbers_, true);
+    const Port p = input(node, name, otherwise);
+    reads_numbers_ = outer;
+    return p;
+}
+
 Port NodeGraphReader::output_of(const ShaderSource& source, Port otherwise) {
     constexpr size_t deepest = 128;
-    const std::string path = source.shader.path_string() + "." + source.output;
+    std::string path = source.shader.path_string() + "." + source.output;
+    // In linear Rec.709 colors and numbers are read alike
+    if (reads_numbers_ && !ctx.state<color::WorkingSpace>().is_rec709()) path += " (numbers)";
     if (const auto it = made_.find(path); it != made_.end()) return it->second;
     if (open_.size() >= deepest || std::find(open_.begin(), open_.end(), path) != open_.end()) {
         ctx.warn("connection-cycle", source.shader,
@@ -122,7 +140,9 @@ Port NodeGraphReader::output_of(const ShaderSource& source, Port otherwise) {
 double NodeGraphReader::constant_number(Prim node, std::string_view name, double otherwise) {
     const ShaderSource source = shader_source(ctx, input_attribute(node, name));
     if (!source.shader) return read_number(source.value, otherwise, ctx.time);
+    const bool outer = std::exchange(reads_numbers_, true);
     const Port p = output_of(source, builder.constant(float(otherwise)));
+    reads_numbers_ = outer;
     if (const scene::PatternValue* v = builder.constant_value(p)) return double(v->x);
     ctx.warn("unsupported-connection", input_attribute(node, name),
              fmt::format("{} cannot vary over the surface, {} is used", name, otherwise));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "translate/color/color_space.h"
 #include "translate/context/context.h"
 #include "translate/materials/materials.h"
 #include "translate/materials/pattern_builder.h"
@@ -42,6 +43,14 @@ class NodeGraphReader {
     Port input(Prim node, std::string_view name, Port otherwise);
     /// The same, of whatever width.
     Port any_input(Prim node, std::string_view name, Port otherwise);
+    /// As input(), of numbers that are no color, whatever the types of what they are made of.
+    Port numbers(Prim node, std::string_view name, Port otherwise);
+
+    /// What images hold that are read now: numbers below an input that is no color.
+    color::Meaning meaning() const {
+        return reads_numbers_ ? color::Meaning::Number : color::Meaning::Color;
+    }
+
     /// An input that cannot vary; a warning when it does.
     double constant_number(Prim node, std::string_view name, double otherwise);
     std::string constant_text(Prim node, std::string_view name, std::string_view otherwise);
@@ -63,10 +72,12 @@ class NodeGraphReader {
     std::string id_of(Prim shader);
 
   private:
+    Port read_input(const Attribute& attribute, Port otherwise);
     Port output_of(const ShaderSource& source, Port otherwise);
 
     std::map<std::string, Port> made_;  // by path of the output
     std::vector<std::string> open_;     // outputs being made, against cycles
+    bool reads_numbers_ = false;
 };
 
 /// A node on its way into a pattern.

@@ -51,7 +51,9 @@ void warn_features(const GraphNode& node, const scene::Texture& texture) {
 }
 
 /// The name of the file; gives the space of its texels, if one is named.
-std::optional<scene::TexelColors> read_file(const GraphNode& node, scene::Texture& texture) {
+std::optional<scene::TexelColors> read_file(const GraphNode& node,
+                                            color::Meaning meaning,
+                                            scene::Texture& texture) {
     Context& ctx = node.graph.ctx;
     texture.provenance = ctx.provenance(node.prim);
     const Attribute own = node.prim.attribute("inputs:file");
@@ -61,19 +63,20 @@ std::optional<scene::TexelColors> read_file(const GraphNode& node, scene::Textur
         texture.file = source.value.resolved_asset_path(ctx.time);
     }
     // The node's own mark is nearer than that of the interface which hands the file in
-    return color::texel_colors_of(ctx, {own, source.value});
+    return color::texel_colors_of(ctx, {own, source.value}, meaning);
 }
 
 /// The file of an image node and how it is read, but for the coordinates.
 scene::Texture image_file(const GraphNode& node) {
     Context& ctx = node.graph.ctx;
     scene::Texture texture;
-    const auto colors = read_file(node, texture);
-    if (texture.authored.empty())
-        ctx.warn("no-texture-file", node.prim, "image has no file; its default is used");
     // Without a mark the numbers are taken as they are; only colors have a space at all
     const bool is_color = !node.name.types.empty() && node.name.types[0].starts_with("color");
-    texture.colors.curve = scene::SourceColorSpace::Raw;
+    const color::Meaning meaning = is_color ? node.graph.meaning() : color::Meaning::Number;
+    const auto colors = read_file(node, meaning, texture);
+    if (texture.authored.empty())
+        ctx.warn("no-texture-file", node.prim, "image has no file; its default is used");
+    texture.colors = color::unmarked_texels(ctx, scene::SourceColorSpace::Raw, meaning);
     if (is_color && colors) texture.colors = *colors;
     texture.wrap_s = address_mode(node, "uaddressmode");
     texture.wrap_t = address_mode(node, "vaddressmode");
@@ -91,7 +94,8 @@ scene::Texture image_file(const GraphNode& node) {
 /// ND_UsdUVTexture in usd_preview_surface.mtlx.
 scene::Texture uv_texture_file(const GraphNode& node) {
     Context& ctx = node.graph.ctx;
-    scene::Texture texture = read_texture_file(ctx, node.prim, node.graph.entry);
+    scene::Texture texture =
+        read_texture_file(ctx, node.prim, node.graph.entry, node.graph.meaning());
     if (!node.graph.is_authored(node.prim, "wrapS")) texture.wrap_s = scene::Wrap::Repeat;
     if (!node.graph.is_authored(node.prim, "wrapT")) texture.wrap_t = scene::Wrap::Repeat;
     // Its image has no guess at a space: what names none is taken as it is
@@ -160,9 +164,10 @@ Port make_uv_texture(const GraphNode& node) {
     PatternBuilder& b = node.builder();
     // Without the prefix it is USD's node of that name, with USD's defaults
     const bool is_materialx = node.graph.id_of(node.prim).starts_with("ND_");
-    scene::Texture texture = is_materialx
-                                 ? uv_texture_file(node)
-                                 : read_texture_file(node.graph.ctx, node.prim, node.graph.entry);
+    scene::Texture texture =
+        is_materialx
+            ? uv_texture_file(node)
+            : read_texture_file(node.graph.ctx, node.prim, node.graph.entry, node.graph.meaning());
     if (is_materialx) warn_border(node, texture);
     const Port st = is_materialx ? coordinates_of(node, "st")
                                  : node.in("st", b.constant(PatternValue(0.0f), 2));

@@ -174,7 +174,7 @@ void SurfaceReader::read_abbe_number(std::string_view name,
 }
 
 void SurfaceReader::read_scatter(scene::Material& m) {
-    const Port scatter = color("transmission_scatter", Rgb(0.0f));
+    const Port scatter = numbers("transmission_scatter", Rgb(0.0f));
     note_neutral("transmission_scatter", scatter, scene::Effect::InteriorMedia);
     if (!can_be_positive(scatter)) return;
     const Attribute attribute = shader.attribute("inputs:transmission_scatter");

@@ -39,6 +39,11 @@ struct SurfaceReader {
         return graph.input(shader, name, builder().color(otherwise));
     }
 
+    /// Three numbers that are no color: radii, coefficients.
+    Port numbers(std::string_view name, const Rgb& otherwise) {
+        return graph.numbers(shader, name, builder().color(otherwise));
+    }
+
     /// stand_in: Input::value where it varies.
     scene::Input finish(Port p, const Rgb& varying_value = Rgb(0.0f)) {
         return graph.finish(shader, p, varying_value);

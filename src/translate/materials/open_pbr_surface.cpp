@@ -141,7 +141,7 @@ void read_diffuse(SurfaceReader& s, Port base_color, Port tint, scene::Material&
             m.subsurface = s.finish(weight);
             m.subsurface_color = s.finish(b.multiply(color, tint), Rgb(0.8f));
             m.subsurface_radius =
-                s.finish(b.multiply(s.color("subsurface_radius_scale", Rgb(1.0f, 0.5f, 0.25f)),
+                s.finish(b.multiply(s.numbers("subsurface_radius_scale", Rgb(1.0f, 0.5f, 0.25f)),
                                     s.number("subsurface_radius", 1.0f)),
                          Rgb(1.0f));
             m.subsurface_anisotropy =

@@ -15,10 +15,10 @@ std::string shader_id(Context& ctx, Prim shader) {
 }
 
 /// One number or three as a color; false for other values.
-bool read_rgb(Context& ctx, const Attribute& attribute, Rgb& out) {
+bool read_rgb(Context& ctx, const Attribute& attribute, color::Meaning meaning, Rgb& out) {
     std::vector<float> rows;
     int width = 0;
-    if (!color::read_color_rows(ctx, attribute, rows, width) || rows.empty()) return false;
+    if (!color::read_color_rows(ctx, attribute, rows, width, meaning) || rows.empty()) return false;
     if (width >= 3 && rows.size() >= 3)
         out = Rgb(rows[0], rows[1], rows[2]);
     else
@@ -26,7 +26,7 @@ bool read_rgb(Context& ctx, const Attribute& attribute, Rgb& out) {
     return true;
 }
 
-scene::TextureOutput texture_output(Context& ctx, const ShaderSource& source, bool is_color) {
+scene::TextureOutput texture_output(Context& ctx, const ShaderSource& source, int width) {
     if (source.output == "r") return scene::TextureOutput::R;
     if (source.output == "g") return scene::TextureOutput::G;
     if (source.output == "b") return scene::TextureOutput::B;
@@ -36,7 +36,7 @@ scene::TextureOutput texture_output(Context& ctx, const ShaderSource& source, bo
                  fmt::format("UsdUVTexture has no output {}, rgb is used", source.output));
     }
     // A number takes the first channel of a color
-    return is_color ? scene::TextureOutput::Rgb : scene::TextureOutput::R;
+    return width == 3 ? scene::TextureOutput::Rgb : scene::TextureOutput::R;
 }
 
 /// As shader_source; complain(code, attribute, message).
@@ -111,28 +111,31 @@ std::string primvar_name(Context& ctx, Prim reader) {
     return name;
 }
 
-scene::Input InputReader::read(std::string_view name, const scene::Input& fallback, bool is_color) {
+scene::Input InputReader::read(std::string_view name,
+                               const scene::Input& fallback,
+                               int width,
+                               color::Meaning meaning) {
     scene::Input input = fallback;
     const Attribute attribute = shader.attribute("inputs:" + std::string(name));
     if (!attribute.is_valid()) return input;
     const ShaderSource source = shader_source(ctx, attribute);
     if (!source.shader) {
-        read_rgb(ctx, source.value, input.value);
+        read_rgb(ctx, source.value, meaning, input.value);
         return input;
     }
     // What the input holds itself serves where the connected node cannot be read
-    read_rgb(ctx, attribute, input.value);
+    read_rgb(ctx, attribute, meaning, input.value);
     const std::string id = shader_id(ctx, source.shader);
     if (id == "UsdUVTexture") {
         input.source = scene::Input::Source::Texture;
-        input.texture = read_texture(ctx, source.shader, entry);
-        input.output = texture_output(ctx, source, is_color);
+        input.texture = read_texture(ctx, source.shader, entry, meaning);
+        input.output = texture_output(ctx, source, width);
     } else if (id.rfind("UsdPrimvarReader_", 0) == 0) {
         const std::string primvar = primvar_name(ctx, source.shader);
         const ShaderSource otherwise =
             shader_source(ctx, source.shader.attribute("inputs:fallback"));
         input.value = Rgb(0.0f);
-        if (!otherwise.shader) read_rgb(ctx, otherwise.value, input.value);
+        if (!otherwise.shader) read_rgb(ctx, otherwise.value, meaning, input.value);
         if (primvar.empty()) return input;
         input.source = scene::Input::Source::Primvar;
         input.primvar = scene::intern_primvar(ctx.scene, primvar);
@@ -147,11 +150,15 @@ scene::Input InputReader::read(std::string_view name, const scene::Input& fallba
 }
 
 scene::Input InputReader::number(std::string_view name, float fallback) {
-    return read(name, scene::Input(fallback), false);
+    return read(name, scene::Input(fallback), 1, color::Meaning::Number);
 }
 
 scene::Input InputReader::color(std::string_view name, const Rgb& fallback) {
-    return read(name, scene::Input(fallback), true);
+    return read(name, scene::Input(fallback), 3, color::Meaning::Color);
+}
+
+scene::Input InputReader::vector(std::string_view name, const Rgb& fallback) {
+    return read(name, scene::Input(fallback), 3, color::Meaning::Number);
 }
 
 double InputReader::constant_number(std::string_view name, double fallback) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "scene/material.h"
+#include "translate/color/color_space.h"
 #include "translate/context/context.h"
 #include "translate/materials/materials.h"
 
@@ -37,22 +38,33 @@ struct InputReader {
 
     scene::Input number(std::string_view name, float fallback);
     scene::Input color(std::string_view name, const Rgb& fallback);
+    /// Three numbers that are no color.
+    scene::Input vector(std::string_view name, const Rgb& fallback);
     /// Value of an input that cannot be textured here; a warning when it is.
     double constant_number(std::string_view name, double fallback);
     std::string constant_text(std::string_view name, std::string_view fallback);
 
   private:
-    scene::Input read(std::string_view name, const scene::Input& fallback, bool is_color);
+    scene::Input read(std::string_view name,
+                      const scene::Input& fallback,
+                      int width,
+                      color::Meaning meaning);
 };
 
 /// Material of a VelaturaHair shader.
 scene::Material read_hair(Context& ctx, Prim shader, MaterialEntry& entry);
 
-/// Texture of a UsdUVTexture shader, one per shader prim.
-scene::TextureId read_texture(Context& ctx, Prim shader, MaterialEntry& entry);
+/// Texture of a UsdUVTexture shader, one per shader prim and meaning of its texels.
+scene::TextureId read_texture(Context& ctx,
+                              Prim shader,
+                              MaterialEntry& entry,
+                              color::Meaning meaning);
 
 /// What a UsdUVTexture says of its file: all but the coordinates.
-scene::Texture read_texture_file(Context& ctx, Prim shader, MaterialEntry& entry);
+scene::Texture read_texture_file(Context& ctx,
+                                 Prim shader,
+                                 MaterialEntry& entry,
+                                 color::Meaning meaning);
 
 /// A wrap mode by its name in USD or MaterialX; nothing: unknown.
 std::optional<scene::Wrap> named_wrap(std::string_view name);

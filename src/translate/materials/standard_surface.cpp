@@ -126,7 +126,7 @@ void read_transmission(SurfaceReader& s, Port metalness, const Coat& coat, scene
     PatternBuilder& b = s.builder();
     m.thin_walled = s.graph.constant_number(s.shader, "thin_walled", 0.0) != 0.0;
     const Port share = b.multiply(s.number("transmission", 0.0f), b.invert(metalness));
-    const Port opacity = s.color("opacity", Rgb(1.0f));
+    const Port opacity = s.numbers("opacity", Rgb(1.0f));
     const Port presence = b.dot(opacity, b.color(Rgb(0.2722287f, 0.6740818f, 0.0536895f)));
     const bool is_whole = b.is_constant(opacity, 1.0f);
     s.note_neutral("transmission", share, scene::Effect::Transmission);
@@ -184,7 +184,7 @@ scene::Material read_standard_surface(SurfaceReader& s) {
         } else {
             m.subsurface = s.finish(subsurface);
             m.subsurface_color = s.finish(b.multiply(color, coat.tint), Rgb(1.0f));
-            m.subsurface_radius = s.finish(b.multiply(s.color("subsurface_radius", Rgb(1.0f)),
+            m.subsurface_radius = s.finish(b.multiply(s.numbers("subsurface_radius", Rgb(1.0f)),
                                                       s.number("subsurface_scale", 1.0f)),
                                            Rgb(1.0f));
             m.subsurface_anisotropy =

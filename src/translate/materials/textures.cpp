@@ -7,13 +7,16 @@
 
 #include <fmt/format.h>
 
+#include <map>
+#include <utility>
+
 namespace velatura::translate::materials {
 
 namespace {
 
 /// State of this module: Scene::textures, by the path of their shader.
 struct KnownTextures {
-    std::unordered_map<std::string, scene::TextureId> by_shader;
+    std::map<std::pair<std::string, color::Meaning>, scene::TextureId> by_shader;
     std::unordered_set<scene::TextureId> need_coordinates;  ///< whose `st` has no fallback
 };
 
@@ -49,16 +52,24 @@ scene::Wrap wrap_mode(Context& ctx, Prim shader, const char* name) {
 }
 
 /// What sourceColorSpace names, else what is said of the file, else auto.
-scene::TexelColors texture_colors(Context& ctx, Prim shader) {
+scene::TexelColors texture_colors(Context& ctx, Prim shader, color::Meaning meaning) {
     const std::string text = input_text(ctx, shader, "sourceColorSpace", "auto");
     if (text != "auto") {
-        if (const auto named = color::texel_colors_of(ctx, shader, text)) return *named;
+        if (const auto named = color::texel_colors_of(ctx, shader, text, meaning)) return *named;
         ctx.warn("unknown-color-space", shader.attribute("inputs:sourceColorSpace"),
                  fmt::format("source color space {} is unknown, auto is used", text));
     }
     const Attribute own = shader.attribute("inputs:file");
-    return color::texel_colors_of(ctx, {own, shader_source(ctx, own).value})
-        .value_or(scene::TexelColors());
+    return color::texel_colors_of(ctx, {own, shader_source(ctx, own).value}, meaning)
+        .value_or(color::unmarked_texels(ctx, scene::SourceColorSpace::Auto, meaning));
+}
+
+/// The fallback of a color, which UsdUVTexture holds as four floats.
+void convert_fallback(Context& ctx, color::Meaning meaning, std::array<float, 4>& fallback) {
+    if (meaning == color::Meaning::Number || ctx.state<color::WorkingSpace>().is_rec709()) return;
+    const Vec3d rgb = color::from_rec709(
+        ctx, Vec3d(double(fallback[0]), double(fallback[1]), double(fallback[2])));
+    for (size_t c = 0; c < 3; ++c) fallback[c] = float(rgb[int(c)]);
 }
 
 /// The fallback, and the primvar of a reader that it is connected to.
@@ -145,9 +156,14 @@ void read_coordinates(
 
 }  // namespace
 
-scene::TextureId read_texture(Context& ctx, Prim shader, MaterialEntry& entry) {
+scene::TextureId read_texture(Context& ctx,
+                              Prim shader,
+                              MaterialEntry& entry,
+                              color::Meaning meaning) {
+    // In linear Rec.709 a color and three numbers are read alike
+    if (ctx.state<color::WorkingSpace>().is_rec709()) meaning = color::Meaning::Number;
     const auto [it, is_new] = ctx.state<KnownTextures>().by_shader.try_emplace(
-        shader.path_string(), scene::TextureId(ctx.scene.textures.size()));
+        {shader.path_string(), meaning}, scene::TextureId(ctx.scene.textures.size()));
     const scene::TextureId id = it->second;
     if (!is_new) {
         // Another material that shares the node reads the same primvar
@@ -160,7 +176,7 @@ scene::TextureId read_texture(Context& ctx, Prim shader, MaterialEntry& entry) {
             entry.needed.push_back(entry.primvars.back());
         return id;
     }
-    scene::Texture texture = read_texture_file(ctx, shader, entry);
+    scene::Texture texture = read_texture_file(ctx, shader, entry, meaning);
     read_coordinates(ctx, shader, entry, id, texture);
     if (ctx.state<KnownTextures>().need_coordinates.contains(id))
         entry.needed.push_back(ctx.scene.primvar_names[texture.st]);
@@ -168,7 +184,10 @@ scene::TextureId read_texture(Context& ctx, Prim shader, MaterialEntry& entry) {
     return id;
 }
 
-scene::Texture read_texture_file(Context& ctx, Prim shader, MaterialEntry& entry) {
+scene::Texture read_texture_file(Context& ctx,
+                                 Prim shader,
+                                 MaterialEntry& entry,
+                                 color::Meaning meaning) {
     scene::Texture texture;
     texture.provenance = ctx.provenance(shader);
     const Attribute file = input_value(ctx, shader, "file");
@@ -180,10 +199,11 @@ scene::Texture read_texture_file(Context& ctx, Prim shader, MaterialEntry& entry
         ctx.warn("no-texture-file", shader, "texture has no file; its fallback is used");
     texture.wrap_s = wrap_mode(ctx, shader, "wrapS");
     texture.wrap_t = wrap_mode(ctx, shader, "wrapT");
-    texture.colors = texture_colors(ctx, shader);
+    texture.colors = texture_colors(ctx, shader, meaning);
     input_floats(ctx, shader, "scale", texture.scale);
     input_floats(ctx, shader, "bias", texture.bias);
     read_fallback(ctx, shader, entry, texture);
+    convert_fallback(ctx, meaning, texture.fallback);
     return texture;
 }
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "translate/color/blackbody.h"
 #include "translate/color/color_space.h"
 #include "translate/context/values.h"
 #include "translate/materials/materials.h"
@@ -54,10 +53,10 @@ const Vec3d flame_color(1.0, 0.3, 0.05);
 /// Black bodies are known up to here.
 constexpr int last_kelvin = 10000;
 
-std::vector<Rgb> blackbody_table() {
+std::vector<Rgb> blackbody_table(Context& ctx) {
     std::vector<Rgb> colors;
     for (int kelvin = 0; kelvin <= last_kelvin; kelvin += 100) {
-        const Vec3d rgb = color::blackbody_rgb(double(kelvin));
+        const Vec3d rgb = color::blackbody_color(ctx, double(kelvin));
         colors.emplace_back(float(rgb.x), float(rgb.y), float(rgb.z));
     }
     return colors;
@@ -73,11 +72,24 @@ class OpticsReader {
     }
 
     double number(const OpticsInput& input, double fallback, double min, double max) {
-        const Vec3d value = color(input, Vec3d(fallback), min, max);
+        const Vec3d value = numbers(input, Vec3d(fallback), min, max);
         return value.x;
     }
 
+    Vec3d numbers(const OpticsInput& input, const Vec3d& fallback, double min, double max) {
+        return read(input, fallback, min, max, color::Meaning::Number);
+    }
+
     Vec3d color(const OpticsInput& input, const Vec3d& fallback, double min, double max) {
+        return read(input, fallback, min, max, color::Meaning::Color);
+    }
+
+  private:
+    Vec3d read(const OpticsInput& input,
+               const Vec3d& fallback,
+               double min,
+               double max,
+               color::Meaning meaning) {
         Attribute from = volume_.attribute(fmt::format("velatura:volume:{}", input.own));
         if (!from.has_authored_value()) from = shader_value(input.shader);
         std::vector<double> rows;
@@ -86,7 +98,7 @@ class OpticsReader {
             return fallback;
         const Vec3d read =
             rows.size() >= 3
-                ? color::read_color(ctx_, from).value_or(Vec3d(rows[0], rows[1], rows[2]))
+                ? color::read_color(ctx_, from, meaning).value_or(Vec3d(rows[0], rows[1], rows[2]))
                 : Vec3d(rows[0]);
         Vec3d value;
         for (int c = 0; c < 3; ++c)
@@ -98,7 +110,6 @@ class OpticsReader {
         return value;
     }
 
-  private:
     Prim volume_shader() {
         const auto binding = usd::stage::resolve_material(
             volume_, ctx_.state<materials::TranslatedMaterials>().purposes);
@@ -224,14 +235,15 @@ scene::VolumeOptics read_volume_optics(Context& ctx,
     OpticsReader read(ctx, prim, roles);
     scene::VolumeOptics optics;
     optics.density_scale = float(read.number(density_scale, 1.0, 0.0, max));
-    optics.extinction_color = rgb(read.color(extinction_color, Vec3d(1.0), 0.0, max));
+    optics.extinction_color = rgb(read.numbers(extinction_color, Vec3d(1.0), 0.0, max));
     optics.albedo = rgb(read.color(albedo, usual_albedo(ctx, prim), 0.0, 1.0));
     optics.anisotropy = float(read.number(anisotropy, 0.0, -1.0, 1.0));
     const double strength = read.number(emission_scale, 1.0, 0.0, max);
-    optics.emission = rgb(read.color(emission_color, flame_color, 0.0, max) * strength);
+    optics.emission =
+        rgb(read.color(emission_color, color::from_rec709(ctx, flame_color), 0.0, max) * strength);
     optics.temperature_scale = float(read.number(temperature_scale, 1.0, 0.0, max));
     optics.blackbody = float(read.number(blackbody, 1.0, 0.0, max));
-    optics.blackbody_colors = blackbody_table();
+    optics.blackbody_colors = blackbody_table(ctx);
     return optics;
 }
 

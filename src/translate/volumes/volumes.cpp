@@ -86,6 +86,10 @@ uint32_t field_index(Context& ctx, Prim prim, FieldRole role) {
     const auto [at, is_new] =
         ctx.state<KnownFields>().by_key.try_emplace(key, uint32_t(ctx.scene.volume_fields.size()));
     if (is_new) {
+        if (role == FieldRole::Color)
+            field.colors =
+                color::unmarked_texels(ctx, scene::SourceColorSpace::Raw, color::Meaning::Color)
+                    .decoding;
         field.provenance = ctx.provenance(prim);
         ctx.scene.volume_fields.push_back(std::move(field));
     }

@@ -321,14 +321,14 @@ TEST(Colors, ConfigurationsAreNotRead) {
             camera(),
         t);
     EXPECT_EQ(t.count("color-configuration"), 1u);
-    for (const char* space : {"lin_rec709_scene", "lin_ap1_scene"}) {
+    for (const char* space : {"lin_rec709_scene", "lin_ap1_scene", "srgb_rec709_scene"}) {
         Translated settings;
         translate_text(
             "#usda 1.0\n( renderSettingsPrimPath = \"/R\" )\ndef RenderSettings \"R\" { "
             "uniform token renderingColorSpace = \"" +
                 std::string(space) + "\"; }\n" + camera(),
             settings);
-        EXPECT_EQ(settings.count("unsupported-color-space"), space[4] == 'r' ? 0u : 1u) << space;
+        EXPECT_EQ(settings.count("unsupported-color-space"), space[0] == 'l' ? 0u : 1u) << space;
     }
 }
 
