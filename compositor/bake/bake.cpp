@@ -333,10 +333,11 @@ Result<Bake> Baker::run() {
     if (stack_.header().light_values.empty())
         return Error{"no-light-values",
                      "the file has no light values in velatura/lights; render it again"};
-    const auto color = color_of_stack(stack_, look_);
-    if (!color) return color.error();
-    file_from_rec709_ = image::file_from_rec709(*color);
-    if (color->known) out_.color_space = color->known->names[0];
+    // Without a usable OpenColorIO config nothing else is known
+    if (const auto color = color_of_stack(stack_, look_)) {
+        file_from_rec709_ = image::file_from_rec709(*color);
+        if (color->known) out_.color_space = color->known->names[0];
+    }
     for (const Control& control : look_.controls) {
         const std::vector<bool> groups = select(control);
         if (control.kind != Kind::Solo) apply(control, groups);

@@ -64,7 +64,7 @@ void add_settings(const nlohmann::json& settings, std::vector<RenderOption>& opt
     for (const char* name :
          {"--max-depth", "--filter", "--integrator", "--light-sampling", "--light-selection",
           "--roulette", "--sampler", "--adaptive", "--splitting", "--caustics", "--accel",
-          "--guiding", "--texture-bias", "--volume-bounds"}) {
+          "--guiding", "--texture-bias", "--volume-bounds", "--working-space"}) {
         const auto words = words_of(text_of(settings, name));
         if (!words.empty()) set_option(options, {name, {words[0]}});
         if (words.size() > 1 && words[0] == "cutoff") set_option(options, {"--cutoff", {words[1]}});

@@ -97,6 +97,11 @@ TEST(BakeLook, OpinionsWinOverConnectionsAndColorSpaces) {
           "    color3f inputs:color.connect = None\n"})
         EXPECT_NE(text->find(line), std::string::npos) << *text;
     EXPECT_EQ(text->find("intensity.connect"), std::string::npos);
+    // The space is that of the file
+    bake.color_space = "lin_ap1_scene";
+    const auto aces = bake_layer_text(bake, "shot.exr");
+    ASSERT_TRUE(aces.has_value());
+    EXPECT_NE(aces->find("(1, 0.5, 0.25) (colorSpace = \"lin_ap1_scene\")"), std::string::npos);
 }
 
 TEST(BakeLook, GainsOfALightMultiplyItsRadiance) {

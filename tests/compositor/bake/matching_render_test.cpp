@@ -47,7 +47,8 @@ TEST(MatchingRender, TakesWhatTheSettingsTell) {
         R"({"settings": {"--filter": "box", "--max-depth": "5", "--roulette": "constant from 3",
             "--integrator": "path", "--light-sampling": "light", "--sampler": "sobol in halves",
             "--effects": "-glossy,-bump", "purposes": "default,render,proxy",
-            "dicing": "0.5 -1 2000000", "--adaptive": "on", "lens and shutter": "1 2 3"}})");
+            "dicing": "0.5 -1 2000000", "--adaptive": "on", "lens and shutter": "1 2 3",
+            "--working-space": "lin_ap1_scene"}})");
     const auto options = matching_render_options(stack, std::nullopt);
     EXPECT_EQ(values_of(options, "--filter"), Values{"box"});
     EXPECT_EQ(values_of(options, "--max-depth"), Values{"5"});
@@ -55,6 +56,7 @@ TEST(MatchingRender, TakesWhatTheSettingsTell) {
     EXPECT_EQ(values_of(options, "--light-sampling"), Values{"light"});
     EXPECT_EQ(values_of(options, "--effects"), Values{"-glossy,-bump"});
     EXPECT_EQ(values_of(options, "--purpose"), Values{"default,render,proxy"});
+    EXPECT_EQ(values_of(options, "--working-space"), Values{"lin_ap1_scene"});
     EXPECT_EQ(values_of(options, "--dicing-rate"), Values{"0.5"});
     EXPECT_EQ(values_of(options, "--dicing-limit"), Values{"2"});
     EXPECT_FALSE(values_of(options, "--subdivision-level").has_value());
