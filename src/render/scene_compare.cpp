@@ -24,9 +24,14 @@ auto members(const scene::Input& v) {
     return std::tie(a, b, c, d, e, f);
 }
 
+auto members(const scene::ThinFilmInputs& v) {
+    const auto& [a, b, c, d] = v;
+    return std::tie(a, b, c, d);
+}
+
 auto members(const scene::MaterialXInputs& v) {
-    const auto& [a, b, c, d, e, f, g, h] = v;
-    return std::tie(a, b, c, d, e, f, g, h);
+    const auto& [a, b, c, d, e, f, g, h, i] = v;
+    return std::tie(a, b, c, d, e, f, g, h, i);
 }
 
 auto members(const scene::Hair& v) {
@@ -41,9 +46,9 @@ auto members(const scene::MediumProperties& v) {
 
 auto members(const scene::Material& v) {
     const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, w, x, y, z, a2, b2,
-                 c2, d2, e2, f2, g2, h2, i2, j2, k2, l2, m2] = v;
+                 c2, d2, e2, f2, g2, h2, i2, j2, k2, l2, m2, n2] = v;
     return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, w, x, y, z, a2,
-                    b2, c2, d2, e2, f2, g2, h2, i2, j2, k2, l2, m2);
+                    b2, c2, d2, e2, f2, g2, h2, i2, j2, k2, l2, m2, n2);
 }
 
 auto members(const scene::Primvar& v) {
