@@ -187,6 +187,8 @@ Result<std::vector<std::string>> write_split(const std::string& path,
                 return a.first.starts_with("velatura/") || a.first.starts_with("cryptomatte/");
             });
         }
+        // One header holds both
+        for (const auto& [name, value] : part.attributes) one.attributes.erase(name);
         one.parts.push_back(std::move(part));
         auto written = write_image_file(file, one, compression);
         if (written) files.push_back(file);
