@@ -507,6 +507,11 @@ std::vector<AttributeRow> settings_rows() {
     read("RenderSettingsBase", "aspectRatioConformPolicy", file("$", ball),
          "uniform token aspectRatioConformPolicy = \"cropAperture\"", 20.955 / 50 / 2,
          [](const scene::Scene& s) { return s.camera.window_right; });
+    // What it changes is tested color by color (translate/color/working_space_test.cpp)
+    read("RenderSettings", "renderingColorSpace", file("$", ball),
+         "uniform token renderingColorSpace = \"lin_ap1_scene\"", 1, [](const scene::Scene& s) {
+             return s.settings.working_space == "lin_ap1_scene" ? 1.0 : 0.0;
+         });
     const std::string guide = "def Sphere \"S\" { uniform token purpose = \"guide\" }\n";
     rows.push_back({"RenderSettings", "includedPurposes", file("$", guide),
                     "uniform token[] includedPurposes = [\"default\", \"guide\"]", file("", ball)});
