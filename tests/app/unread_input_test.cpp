@@ -142,7 +142,7 @@ const Case cases[] = {
     {"def Sphere \"A\" { int ri:attributes:visibility:camera = 0 }", "of RenderMan"},
     {"def Sphere \"A\" { int ri:attributes:Ri:Matte = 1 }", "of RenderMan is ignored"},
     {"def Sphere \"A\" { bool primvars:redshift:object:MESHFLAG_SHADOWCASTER = 0 }", "of Redshift"},
-    {"def Sphere \"A\" { bool primvars:cycles:object:is_shadow_catcher = 1 }", "of Cycles"},
+    {"def Sphere \"A\" { bool primvars:octane:object:is_shadow_catcher = 1 }", "of Octane"},
     {"def Sphere \"A\" { bool vray:object:matte_surface = 1 }", "of V-Ray"},
     // Schemas
     {"def Xform \"A\" (prepend apiSchemas = [\"GeomModelAPI\"]) { uniform token model:drawMode = "

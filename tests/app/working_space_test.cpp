@@ -185,20 +185,30 @@ TEST_F(WorkingSpaceCommands, EveryDoorShowsTheConvertedColor) {
     }());
     const Color orange = {from_srgb(200), from_srgb(100), from_srgb(20)};
     const Color known[] = {{0.8, 0.3, 0.05}, orange, {0.05, 0.4, 0.7}, orange, {0.2, 0.6, 0.9}};
+    // Texels are halves; lights hide nothing, and the dome is behind them
+    const auto tolerance = [](int i) { return i % 2 == 1 ? 1e-3 : 1e-5; };
+    const auto in_front = [](const image::Image& image, int i) {
+        Color color = pixel(image, "b0", middle(i));
+        const Color behind = pixel(image, "b0", 5);
+        for (size_t c = 0; i >= 4 && c < 3; ++c) color[c] -= behind[c];
+        return color;
+    };
     for (int i = 0; i < 5; ++i) {
-        expect_near(pixel(plain, "b0", middle(i)), known[i], 1e-5, fmt::format("square {}", i));
-        expect_near(pixel(aces, "b0", middle(i)), in_acescg(known[i]), 1e-5,
+        expect_near(in_front(plain, i), known[i], tolerance(i), fmt::format("square {}", i));
+        expect_near(in_front(aces, i), in_acescg(known[i]), tolerance(i),
                     fmt::format("square {} in ACEScg", i));
     }
-    expect_near(pixel(plain, "b0", middle(6)), orange, 1e-5, "texture of a light");
+    expect_near(in_front(plain, 6), orange, 1e-3, "texture of a light");
+    expect_near(in_front(aces, 6), in_acescg(orange), 1e-3, "texture of a light in ACEScg");
     // The product of two colors is that of the working space
     const Color sky = in_acescg(orange), tint = in_acescg({0.5, 1, 0.25});
     expect_near(pixel(aces, "b0", 5), {sky[0] * tint[0], sky[1] * tint[1], sky[2] * tint[2]}, 1e-5,
                 "dome");
     for (size_t i = 0; i < 70 * 20; ++i) {
-        const bool is_square = i / 70 > 5 && i / 70 < 14 && i % 10 > 0 && i % 10 < 9;
-        if (is_square)
-            expect_near(pixel(aces, "b0", i), in_acescg(pixel(plain, "b0", i)), 1e-5,
+        const bool is_surface =
+            i / 70 > 5 && i / 70 < 14 && i % 70 < 40 && i % 10 > 0 && i % 10 < 9;
+        if (is_surface)
+            expect_near(pixel(aces, "b0", i), in_acescg(pixel(plain, "b0", i)), 1e-3,
                         fmt::format("pixel {}", i));
     }
 }
@@ -307,7 +317,8 @@ TEST_F(WorkingSpaceCommands, TheMixedPictureIsTheSame) {
     for (const auto& [file, option] :
          {std::pair{"plain", ""}, std::pair{"aces", " --working-space acescg"},
           std::pair{"wide", " --working-space lin_rec2020"}}) {
-        render(scene, std::string(direct) + option, std::string(file) + ".exr");
+        render(scene, std::string(direct) + " --layers bounce,light" + option,
+               std::string(file) + ".exr");
         const CommandResult r =
             w.comp(fmt::format("mix {0}.exr -o {0}.png --kelvin Sky=4000", file));
         EXPECT_EQ(r.exit_code, 0) << r.output;
