@@ -52,6 +52,7 @@ TEST(Typing, NoCommandWritesOverWhatItReads) {
     std::vector<OverwritingCommand> rows = {
         {"input", "--output", {"mix", "IN", "-o", "IN"}},
         {"input", "--output", {"mix", "-o", "IN", "IN"}},
+        {"--plate", "--output", {"mix", "x", "--plate", "IN", "-o", "IN"}},
         {"--preset",
          "--save-preset",
          {"mix", "x", "-o", "y", "--preset", "IN", "--save-preset", "IN"}},
