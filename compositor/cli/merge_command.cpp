@@ -111,7 +111,7 @@ int merge_deep(const std::vector<std::string>& inputs,
                const MergeArguments& o) {
     if (o.is_resumable || o.accepts_incomplete || o.is_json || !o.expected.empty())
         return report({"merge-refused",
-                       "deep images hold no samples to count: --resumable, --incomplete, --expect "
+                       "deep images have no samples to count: --resumable, --incomplete, --expect "
                        "and --json are not for them"});
     if (const Result<void> written = merge_deep_files(inputs, output); !written)
         return report(written.error());

@@ -8,6 +8,7 @@
 #include "usd/stage/collection.h"
 #include "usd/stage/stage.h"
 
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
