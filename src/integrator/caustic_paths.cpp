@@ -60,6 +60,7 @@ bool has_too_many_shapes(const World& world) {
 
 std::string CausticPaths::why_not(const World& world, const PathTracerOptions& options) {
     if (world.volumes || world.interior_media) return "the scene has volumes or interior media";
+    if (world.materials.has_dispersion()) return "some solid is dispersive";
     if (world.tells_rays_apart)
         return "some geometry is a matte or a catcher, or is invisible to some kinds of rays";
     if (world.has_custom_shadows) return "a light has shadow linking or UsdLuxShadowAPI settings";

@@ -212,27 +212,4 @@ TEST(Dispersion, PathsThroughASlabHaveTheClosedForm) {
     }
 }
 
-// A patch as wide as photons need, under a smaller slab
-TEST(Dispersion, LightTracingAgreesWithPaths) {
-    const auto slab = [](integrator::Caustics way) {
-        TestScene test;
-        test.add_square(-1.0f, 0.4f, test.add_matte(Rgb(1.0f)));
-        const scene::MaterialId glass = test.add_material(dispersive_glass(1.8f));
-        test.add_square(0.75f, 0.8f, glass);
-        test.add_square(0.25f, 0.8f, glass);
-        test.scene.shapes.back().flip_normals = true;
-        test.add_light(scene::LightKind::Disk, at(Vec3d(0, 0, 2))).radius = 0.5f;
-        return render(test, {.size = 16, .samples = 128, .last_bounce = 6, .caustics = way});
-    };
-    const RenderedLayers paths = slab(integrator::Caustics::Path),
-                         light = slab(integrator::Caustics::Light);
-    for (int c = 0; c < 3; ++c) {
-        const Estimate a = paths.bounce(3, 0, c), b = light.bounce(3, 0, c);
-        const double error = std::hypot(a.standard_error, b.standard_error);
-        EXPECT_GT(b.mean, 0.0) << c;
-        EXPECT_LT(error, 0.1 * a.mean) << c;
-        EXPECT_NEAR(a.mean, b.mean, 4.0 * error) << c;
-    }
-}
-
 }  // namespace velatura::test

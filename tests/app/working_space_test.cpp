@@ -319,8 +319,7 @@ TEST_F(WorkingSpaceCommands, TheMixedPictureIsTheSame) {
           std::pair{"wide", " --working-space lin_rec2020"}}) {
         render(scene, std::string(direct) + " --layers bounce,light" + option,
                std::string(file) + ".exr");
-        const CommandResult r =
-            w.comp(fmt::format("mix {0}.exr -o {0}.png --kelvin Sky=4000", file));
+        const CommandResult r = w.comp(fmt::format("mix {0}.exr -o {0}.png --gain Sky=1.25", file));
         EXPECT_EQ(r.exit_code, 0) << r.output;
     }
     const auto shown = [&](const std::string& name) {
