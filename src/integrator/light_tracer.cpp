@@ -6,7 +6,6 @@
 #include "integrator/pass_through.h"
 #include "integrator/path_events.h"
 #include "integrator/specular_chain.h"
-#include "integrator/wavelength.h"
 #include "sampling/mis.h"
 #include "scene/effect_calls.h"
 
@@ -169,7 +168,6 @@ bool LightTracer::begin(Photon& photon) const {
     photon.path.beta = light.Le * float(double(presence) * double(world_.camera.exposure_scale()) /
                                         (double(choice.pmf) * double(light.pdf) * start->pdf));
     photon.path_radiance = light.Le;
-    choose_channel(photon, point);
     photon.light_pdf = light.is_delta ? 0.0f : choice.pmf * light.pdf;
     // What arrives is counted per area across the light; see scatter()
     photon.arriving = photon.path.beta * std::abs(point.ng.dot(light.wi));
@@ -183,13 +181,6 @@ bool LightTracer::begin(Photon& photon) const {
     if (is_black(path.beta)) return false;
     photon.begun_with = max_component(path.beta);
     return true;
-}
-
-void LightTracer::choose_channel(Photon& photon, const geometry::SurfacePoint& point) const {
-    if (!world_.materials.has_dispersion()) return;
-    if (!choose_wavelength(world_, photon.path, point.material)) return;
-    photon.path_radiance = in_channel(photon.path_radiance, photon.path);
-    keep_channel(photon.path);
 }
 
 void LightTracer::follow(Photon& photon) const {
@@ -213,7 +204,6 @@ void LightTracer::follow(Photon& photon) const {
         }
         const geometry::SurfacePoint& point = crossing ? crossing->point : met;
         const Vec3 wi = -path.ray.d;
-        choose_channel(photon, point);
         photon.arriving = path.beta;
         connect(photon, point, crossing, wi);
         if (path.bounce + 1 >= context_.depth_limit) return;
@@ -241,9 +231,8 @@ void LightTracer::connect(Photon& photon,
           at.y > float(w.y0) - photon.reach && at.y < float(w.y1) + photon.reach))
         return;
     const Vec3& wo = to_camera->wi;
-    const shading::Bsdf bsdf =
-        world_.materials.make_bsdf(point, wo, to_camera->cone_width,
-                                   crossing ? crossing->surrounding_index : 1.0f, path.spread);
+    const shading::Bsdf bsdf = world_.materials.make_bsdf(
+        point, wo, to_camera->cone_width, crossing ? crossing->surrounding_index : 1.0f);
     if (bsdf.is_hair()) return;
     const shading::BsdfValue value = bsdf.wide_part(bsdf.evaluate(wo, wi));
     const float across = std::abs(point.ng.dot(wi));
@@ -295,7 +284,7 @@ bool LightTracer::scatter(Photon& photon,
     Path& path = photon.path;
     const float surrounding_index = crossing ? crossing->surrounding_index : 1.0f;
     const shading::Bsdf from_light =
-        world_.materials.make_bsdf(point, wi, path.cone_width, surrounding_index, path.spread);
+        world_.materials.make_bsdf(point, wi, path.cone_width, surrounding_index);
     const std::optional<shading::BsdfSample> sample = from_light.sample_f(
         wi,
         is_first ? below_one(photon.beginning.u[7])
@@ -328,7 +317,7 @@ bool LightTracer::scatter(Photon& photon,
         events = events_of(*sample);
     } else {
         const shading::Bsdf from_camera =
-            world_.materials.make_bsdf(point, wo, path.cone_width, surrounding_index, path.spread);
+            world_.materials.make_bsdf(point, wo, path.cone_width, surrounding_index);
         shading::BsdfValue value = from_camera.evaluate(wo, wi);
         if (is_first) value = from_camera.narrow_part(value);
         if (!(across_wi * max_correction > from_camera.cosine(wi))) return false;

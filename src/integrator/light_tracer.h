@@ -110,7 +110,6 @@ class LightTracer {
                  const NestedDielectrics::Crossing* crossing,
                  const Vec3& wi,
                  bool is_first) const;
-    void choose_channel(Photon& photon, const geometry::SurfacePoint& point) const;
     void splat(Photon& photon, const Vec2& film_point, const Rgb& radiance, float path_value) const;
 
     TracerContext context_;

@@ -6,10 +6,10 @@
 
 namespace velatura::integrator {
 
-bool choose_wavelength(const World& world, Path& path, scene::MaterialId material) {
-    if (path.spread != 0.0f || !world.materials.is_dispersive(material)) return false;
+void choose_wavelength(const World& world, Path& path, scene::MaterialId material) {
+    if (path.spread != 0.0f || !world.materials.is_dispersive(material)) return;
     const float sum = path.beta.x + path.beta.y + path.beta.z;
-    if (!(sum > 0.0f)) return false;
+    if (!(sum > 0.0f)) return;
     scene::count_call(scene::Effect::Dispersion);
     const Vec2 u = path.sampler.get_2d(path.bounce, sampling::Purpose::Wavelength, path.pass_count);
     float rest = u.x * sum;
@@ -22,7 +22,6 @@ bool choose_wavelength(const World& world, Path& path, scene::MaterialId materia
     path.spread = shading::spread_of(shading::sample_wavelength(channel, u.y));
     // 0 means none
     if (path.spread == 0.0f) path.spread = 1e-9f;
-    return true;
 }
 
 }  // namespace velatura::integrator
