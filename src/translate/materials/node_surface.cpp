@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/materials/node_surface.h"
 
+#include "translate/color/color_space.h"
 #include "translate/materials/interior.h"
 #include "translate/materials/materials.h"
 #include "translate/materials/node_graph.h"
@@ -150,6 +151,10 @@ void SurfaceReader::read_film(const NamedDefault& weight,
     if (!can_be_positive(share)) return;
     note_neutral(thickness.name, size, scene::Effect::ThinFilm);
     if (!can_be_positive(size)) return;
+    if (!graph.ctx.state<color::WorkingSpace>().is_rec709())
+        graph.ctx.warn("film-colors", shader,
+                       "the colors of the thin film are those of linear Rec.709 in any working "
+                       "space: too saturated in a wider one");
     scene::ThinFilmInputs& film = m.extras->film.emplace();
     film.weight = finish(share, Rgb(1.0f));
     film.thickness = finish(size, Rgb(0.5f));
