@@ -123,11 +123,11 @@ std::vector<RowCells> Baker::rows_of(const std::string& target) const {
     return rows;
 }
 
-/// The groups of which all bounces are selected.
+/// The groups of which all bounces and lobes are selected.
 std::vector<bool> Baker::whole_groups(const Selection& cells) const {
     std::vector<bool> whole(gains_.size(), true);
     for (size_t i = 0; i < cells.size() && !gains_.empty(); ++i) {
-        if (!cells[i]) whole[i % names_.group_count()] = false;
+        if (!cells[i]) whole[names_.group_of_cell(i)] = false;
     }
     return whole;
 }
@@ -135,7 +135,7 @@ std::vector<bool> Baker::whole_groups(const Selection& cells) const {
 /// True if cells are selected beside those of whole groups.
 bool Baker::has_more(const Selection& cells, const std::vector<bool>& whole) const {
     for (size_t i = 0; i < cells.size(); ++i) {
-        if (cells[i] && (whole.empty() || !whole[i % names_.group_count()])) return true;
+        if (cells[i] && (whole.empty() || !whole[names_.group_of_cell(i)])) return true;
     }
     return false;
 }
@@ -145,7 +145,7 @@ std::string Baker::why_not(const Control& control) const {
     if (control.kind == Kind::Clamp) return "a clamp is not a property of a light";
     if (control.kind > Kind::Solo || control.target == "shadow")
         return "shadows have no strength in UsdLux";
-    return "lights have no gain per bounce";
+    return "lights have no gain per bounce or lobe";
 }
 
 /// The groups that a control takes as a whole; what else it names is told.
@@ -202,7 +202,7 @@ void Baker::apply_solos() {
         has_solo = true;
         for (const RowCells& row : rows_of(control.target)) {
             for (size_t i = 0; i < row.cells.size() && !heard.empty(); ++i) {
-                if (row.cells[i]) heard[i % names_.group_count()] = true;
+                if (row.cells[i]) heard[names_.group_of_cell(i)] = true;
             }
         }
     }

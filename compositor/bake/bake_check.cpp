@@ -101,7 +101,7 @@ Result<Grays> grays_of(const LayerStack& stack, const mix::MixPlan& plan, const 
 }
 
 bool tells_groups(const mix::MixPlan& plan) {
-    return plan.family == "matrix" || plan.family == "groups";
+    return plan.family == "lobe-matrix" || plan.family == "matrix" || plan.family == "groups";
 }
 
 /// With all that clamps took: they would take more of a light that is turned up, so no gain

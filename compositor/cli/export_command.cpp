@@ -177,9 +177,11 @@ void add_export_command(Command& app, std::function<int()>& run) {
                     "Size of the file in MB, beyond which the image is scaled down")
         .range(0.1, 1000.0)
         .default_text("25");
-    page.add_option("--layers", o->layers,
-                    "Layers of the faders: matrix (each bounce of each light), light or bounce")
-        .one_of({"matrix", "light", "bounce"})
+    page.add_option(
+            "--layers", o->layers,
+            "Layers of the faders: lobe-matrix (each lobe of each bounce of each light), matrix "
+            "(each bounce of each light), light or bounce")
+        .one_of({"lobe-matrix", "matrix", "light", "bounce"})
         .default_text("matrix where it is stored, else light and bounce");
     page.add_option("--display", o->display, "OpenColorIO display").type_name("NAME");
     page.add_option("--view", o->view, "OpenColorIO view: ACES, sRGB or Raw in the built-in config")

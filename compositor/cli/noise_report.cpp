@@ -77,7 +77,7 @@ std::string interval(const statistics::RelativeError& error) {
 
 std::string shares_text(const noise::NoiseForecast& forecast) {
     return rows_text("share of the squared error, by group", forecast.groups) +
-           rows_text("by bounce", forecast.bounces) +
+           rows_text("by bounce", forecast.bounces) + rows_text("by lobe", forecast.lobes) +
            rows_text("by lifted shadow", forecast.shadows);
 }
 

@@ -124,8 +124,10 @@ class NukeGroup {
           plan_(plan),
           look_(look),
           rows_(stack, look),
-          has_groups_(plan.family == "matrix" || plan.family == "groups" || stack.is_plain()),
-          has_bounces_(plan.family == "matrix" || plan.family == "bounces") {
+          has_lobes_(plan.family == "lobe-matrix"),
+          has_groups_(has_lobes_ || plan.family == "matrix" || plan.family == "groups" ||
+                      stack.is_plain()),
+          has_bounces_(has_lobes_ || plan.family == "matrix" || plan.family == "bounces") {
         tab("Mixer");
         exposure_ = slider("exposure", "exposure (stops)", look.exposure_stops, -4, 4);
     }
@@ -144,6 +146,12 @@ class NukeGroup {
         std::string gain, tint, mute;
     };
 
+    struct Cell {
+        size_t column = 0, group = 0, lobe = 0;
+
+        auto operator<=>(const Cell&) const = default;
+    };
+
     /// A multiplication where a matte is, or where it is not.
     struct Within {
         size_t matte = 0;
@@ -160,9 +168,10 @@ class NukeGroup {
     FaderKnobs fader(const std::string& name, const Fader& fader);
     void add_faders();
     void add_trims();
-    std::pair<size_t, size_t> cell(size_t column, size_t group) const;
-    Factor factor(size_t column, size_t group) const;
-    std::vector<Within> within(size_t column, size_t group) const;
+    Cell cell_of(const accumulate::LayerEntry& entry) const;
+    Cell direct_cell(const std::string& group) const;
+    Factor factor(const Cell& cell) const;
+    std::vector<Within> within(const Cell& cell) const;
     Result<void> add_mattes();
     void add_layer(const std::string& layer);
     void add_term(const std::string& layer, const Factor& factor, std::vector<Within> within);
@@ -181,16 +190,16 @@ class NukeGroup {
     const mix::MixPlan& plan_;
     const Look& look_;
     RowNames rows_;
-    const bool has_groups_, has_bounces_;
+    const bool has_lobes_, has_groups_, has_bounces_;
     UniqueNames knob_names_, node_names_;
     std::string knobs_, nodes_;
     std::vector<std::string> layers_;
     std::string exposure_;
     FaderKnobs all_;
-    std::vector<FaderKnobs> groups_, bounces_;
-    std::map<std::pair<size_t, size_t>, std::string> trims_;  ///< by cell
-    std::vector<std::string> matted_;                         ///< knobs
-    std::vector<bool> is_inverted_;                           ///< per matte
+    std::vector<FaderKnobs> groups_, bounces_, lobes_;
+    std::map<Cell, std::string> trims_;
+    std::vector<std::string> matted_;  ///< knobs
+    std::vector<bool> is_inverted_;    ///< per matte
     bool has_term_ = false;
     std::string alpha_layer_ = "rgba";
 };
@@ -231,42 +240,59 @@ void NukeGroup::add_faders() {
     all_ = fader("all", plan_.faders.all);
     if (has_groups_)
         for (const Fader& f : plan_.faders.groups) groups_.push_back(fader(f.name, f));
-    if (!has_bounces_) return;
-    tab("Bounces");
-    for (const Fader& f : plan_.faders.bounces) bounces_.push_back(fader(f.name, f));
+    if (has_bounces_) tab("Bounces");
+    for (size_t b = 0; b < plan_.faders.bounces.size() && has_bounces_; ++b)
+        bounces_.push_back(fader(plan_.faders.bounces[b].name, plan_.faders.bounces[b]));
+    if (!has_lobes_) return;
+    tab("Lobes");
+    for (const Fader& f : plan_.faders.lobes) lobes_.push_back(fader(f.name, f));
 }
 
 /// Where the family tells groups or bounces not apart, any of them stands for all.
-std::pair<size_t, size_t> NukeGroup::cell(size_t column, size_t group) const {
-    return {has_bounces_ ? column : 0, has_groups_ ? group : 0};
+NukeGroup::Cell NukeGroup::cell_of(const accumulate::LayerEntry& entry) const {
+    return {has_bounces_ ? rows_.column_of(entry.bounce) : 0,
+            has_groups_ ? rows_.group_of(entry.group) : 0, rows_.lobe_of(entry.lobe)};
 }
 
-/// What a look says of single bounces of single groups, or of rows that have no fader here.
+/// Of light that shadows take away. They are not stored by lobe: the first after emission.
+NukeGroup::Cell NukeGroup::direct_cell(const std::string& group) const {
+    return {has_bounces_ ? rows_.direct_column() : 0, has_groups_ ? rows_.group_of(group) : 0,
+            has_lobes_ ? size_t(1) : 0};
+}
+
+/// What a look says of single lobes of single bounces of single groups, or of rows that have no
+/// fader here.
 void NukeGroup::add_trims() {
     const Faders& faders = plan_.faders;
-    for (size_t b = 0; b < (has_bounces_ ? faders.bounces.size() : 1); ++b) {
-        for (size_t g = 0; g < (has_groups_ ? faders.groups.size() : 1); ++g) {
-            std::array<float, 3> value = faders.cell(b, g);
-            for (size_t c = 0; c < 3; ++c) {
-                if (!has_groups_) value[c] *= faders.groups[g].factor()[c];
-                if (!has_bounces_) value[c] *= faders.bounces[b].factor()[c];
-            }
-            const bool is_unit = value == std::array<float, 3>{1, 1, 1};
-            if (is_unit && plan_.family != "matrix") continue;
-            const std::string bounce = has_bounces_ ? faders.bounces[b].name : "",
-                              group = has_groups_ ? faders.groups[g].name : "";
-            if (trims_.empty()) tab("Cells");
-            trims_[{b, g}] = color(
-                "cell_" + plain_name(group + "_" + bounce),
-                group.empty() || bounce.empty() ? group + bounce + " trim" : group + ":" + bounce,
-                value);
+    const auto add = [&](const Cell& cell) {
+        const auto& [b, g, l] = cell;
+        std::array<float, 3> value = faders.cells[faders.place(b, g, l)];
+        for (size_t c = 0; c < 3; ++c) {
+            if (!has_groups_) value[c] *= faders.groups[g].factor()[c];
+            if (!has_bounces_) value[c] *= faders.bounces[b].factor()[c];
         }
-    }
+        // A knob for each lobe as well would be hundreds
+        const bool is_unit = value == std::array<float, 3>{1, 1, 1};
+        if (is_unit && plan_.family != "matrix") return;
+        std::string name, label;
+        for (const std::string& part :
+             {has_groups_ ? faders.groups[g].name : std::string(), faders.lobes[l].name,
+              has_bounces_ ? faders.bounces[b].name : std::string()}) {
+            if (part.empty()) continue;
+            name += "_" + part;
+            label += (label.empty() ? "" : ":") + part;
+        }
+        if (trims_.empty()) tab("Cells");
+        trims_[cell] = color("cell" + plain_name(name),
+                             has_groups_ && has_bounces_ ? label : label + " trim", value);
+    };
+    for (size_t b = 0; b < (has_bounces_ ? faders.bounces.size() : 1); ++b)
+        for (size_t g = 0; g < (has_groups_ ? faders.groups.size() : 1); ++g)
+            for (size_t l = 0; l < faders.lobes.size(); ++l) add({b, g, l});
 }
 
-NukeGroup::Factor NukeGroup::factor(size_t column, size_t group) const {
-    const auto at = cell(column, group);
-    const auto trim = trims_.find(at);
+NukeGroup::Factor NukeGroup::factor(const Cell& cell) const {
+    const auto trim = trims_.find(cell);
     Factor factor;
     for (size_t c = 0; c < 3; ++c) {
         std::string& text = factor[c];
@@ -276,20 +302,20 @@ NukeGroup::Factor NukeGroup::factor(size_t column, size_t group) const {
         };
         text = fmt::format("pow(2,parent.{})", exposure_);
         multiply(all_);
-        if (has_groups_) multiply(groups_[at.second]);
-        if (has_bounces_) multiply(bounces_[at.first]);
+        if (has_groups_) multiply(groups_[cell.group]);
+        if (has_bounces_) multiply(bounces_[cell.column]);
+        if (has_lobes_) multiply(lobes_[cell.lobe]);
         if (trim != trims_.end())
             text += fmt::format("*parent.{}.{}", trim->second, channel_letters[c]);
     }
     return factor;
 }
 
-std::vector<NukeGroup::Within> NukeGroup::within(size_t column, size_t group) const {
+std::vector<NukeGroup::Within> NukeGroup::within(const Cell& cell) const {
     std::vector<Within> list;
-    const auto at = cell(column, group);
     for (size_t m = 0; m < matted_.size(); ++m) {
         const MattedFader& f = plan_.faders.matted[m];
-        if (!f.cells[at.first * plan_.faders.groups.size() + at.second]) continue;
+        if (!f.cells[plan_.faders.place(cell.column, cell.group, cell.lobe)]) continue;
         Within& w = list.emplace_back();
         w.matte = f.matte;
         w.is_outside = is_inverted_[f.matte];
@@ -395,9 +421,8 @@ void NukeGroup::add_family() {
     }
     for (const mix::MixPlan::Term& term : terms) {
         const accumulate::LayerEntry* e = stack_.header().find(term.layer);
-        const size_t column = e ? rows_.column_of(e->bounce) : 0,
-                     group = e ? rows_.group_of(e->group) : 0;
-        add_term(term.layer, factor(column, group), within(column, group));
+        const Cell cell = e ? cell_of(*e) : Cell();
+        add_term(term.layer, factor(cell), within(cell));
     }
 }
 
@@ -405,26 +430,26 @@ void NukeGroup::add_family() {
 void NukeGroup::add_plain() {
     if (!stack_.has_beauty()) {
         for (const accumulate::LayerEntry& e : stack_.header().layers) {
-            const size_t group = rows_.group_of(e.group);
-            if (e.family == "plain") add_term(e.name, factor(0, group), within(0, group));
+            const Cell cell{0, rows_.group_of(e.group)};
+            if (e.family == "plain") add_term(e.name, factor(cell), within(cell));
         }
         return;
     }
-    const size_t rest = rows_.group_count() - 1;
-    const Factor of_rest = factor(0, rest);
-    add_term("rgba", of_rest, within(0, rest));
+    const Cell rest{0, rows_.group_count() - 1};
+    const Factor of_rest = factor(rest);
+    add_term("rgba", of_rest, within(rest));
     for (const accumulate::LayerEntry& e : stack_.header().layers) {
         if (e.family != "plain") continue;
-        const size_t group = rows_.group_of(e.group);
-        Factor gain = factor(0, group), less;
+        const Cell cell{0, rows_.group_of(e.group)};
+        Factor gain = factor(cell), less;
         for (size_t c = 0; c < 3; ++c) less[c] = "-(" + of_rest[c] + ")";
         if (matted_.empty()) {
             for (size_t c = 0; c < 3; ++c) gain[c] += less[c];
             add_term(e.name, gain, {});
             continue;
         }
-        add_term(e.name, gain, within(0, group));
-        add_term(e.name, less, within(0, rest));
+        add_term(e.name, gain, within(cell));
+        add_term(e.name, less, within(rest));
     }
 }
 
@@ -449,16 +474,15 @@ Result<void> NukeGroup::add_clamps() {
         if (!has_clamps) tab("Clamps");
         has_clamps = true;
         const std::string knob = slider(plain_name(e.name), of->name, share, 0, 1);
-        const size_t column = rows_.column_of(e.bounce), group = rows_.group_of(e.group);
-        Factor gain = factor(column, group);
+        Factor gain = factor(cell_of(e));
         for (std::string& text : gain) text += "*parent." + knob;
-        add_term(e.name, gain, within(column, group));
+        add_term(e.name, gain, within(cell_of(e)));
     }
     return {};
 }
 
 void NukeGroup::add_shadow(const accumulate::LayerEntry& entry, const mix::MixPlan::Term* term) {
-    const size_t column = rows_.direct_column(), group = rows_.group_of(entry.group);
+    const Cell cell = direct_cell(entry.group);
     const std::string name = entry.caster.empty() ? entry.group : entry.group + ":" + entry.caster;
     std::vector<mix::MattedShare> lifts = term ? term->lifts : std::vector<mix::MattedShare>();
     const bool has_whole = std::any_of(lifts.begin(), lifts.end(), [](const mix::MattedShare& l) {
@@ -469,9 +493,9 @@ void NukeGroup::add_shadow(const accumulate::LayerEntry& entry, const mix::MixPl
         const bool is_whole = lift.matte == mix::whole_image;
         const std::string label = is_whole ? name : name + " in " + plan_.mattes[lift.matte].text;
         const std::string knob = slider("shadow_" + plain_name(name), label, lift.share, 0, 1);
-        Factor gain = factor(column, group);
+        Factor gain = factor(cell);
         for (std::string& text : gain) text += "*parent." + knob;
-        std::vector<Within> list = within(column, group);
+        std::vector<Within> list = within(cell);
         // Nothing where the matte is not
         if (!is_whole) list.push_back({lift.matte, !is_inverted_[lift.matte], {"0", "0", "0"}});
         add_term(entry.name, gain, std::move(list));

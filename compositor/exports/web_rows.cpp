@@ -38,24 +38,24 @@ std::string value_of(const Control& c) {
     return fmt::format("{}", c.kind == Kind::Kelvin ? c.kelvin : c.factor[0]);
 }
 
-/// As the planner of mixes decides it.
-bool can_express(const std::string& family, const Faders& faders) {
-    if (family == "matrix" || family == "plain") return true;
-    const auto gain = [&](size_t column, size_t group) {
-        std::array<float, 3> all = faders.cell(column, group);
-        for (size_t c = 0; c < 3; ++c)
-            all[c] *= faders.bounces[column].factor()[c] * faders.groups[group].factor()[c];
-        return all;
-    };
-    bool is_even_over_bounces = true, is_even_over_groups = true;
-    for (size_t b = 0; b < faders.bounces.size(); ++b) {
-        for (size_t g = 0; g < faders.groups.size(); ++g) {
-            is_even_over_bounces = is_even_over_bounces && gain(b, g) == gain(0, g);
-            is_even_over_groups = is_even_over_groups && gain(b, g) == gain(b, 0);
-        }
-    }
-    return (family == "bounces" || is_even_over_bounces) &&
-           (family == "groups" || is_even_over_groups);
+/// Of every cell.
+std::vector<std::array<float, 3>> gains_of(const Faders& faders) {
+    std::vector<std::array<float, 3>> gains(faders.cells.size());
+    for (size_t b = 0; b < faders.bounces.size(); ++b)
+        for (size_t g = 0; g < faders.groups.size(); ++g)
+            for (size_t l = 0; l < faders.lobes.size(); ++l)
+                gains[faders.place(b, g, l)] = faders.factor(b, g, l);
+    return gains;
+}
+
+/// As the page decides it: all light of a layer has one gain.
+bool can_express(const json& family, const std::vector<std::array<float, 3>>& gains) {
+    return std::all_of(family["terms"].begin(), family["terms"].end(), [&](const json& term) {
+        const json& cells = term["cells"];
+        return std::all_of(cells.begin(), cells.end(), [&](size_t cell) {
+            return gains[cell] == gains[cells.front().get<size_t>()];
+        });
+    });
 }
 
 class RowsMaker {
@@ -67,7 +67,8 @@ class RowsMaker {
 
   private:
     size_t plane_of(const std::string& layer);
-    Result<void> add_families(const std::string& asked);
+    Result<void> add_families(const std::string& asked, bool needs_lobes);
+    bool needs_lobes(const Faders& faders) const;
     void add_family(const layers::FamilyClosure& family);
     void add_plain();
     Result<void> add_shadows();
@@ -78,10 +79,6 @@ class RowsMaker {
 
     json row_of(const std::string& name) const {
         return {{"name", name}, {"title", row_title(name)}};
-    }
-
-    size_t cell_of(const accumulate::LayerEntry& entry) const {
-        return names_.column_of(entry.bounce) * names_.group_count() + names_.group_of(entry.group);
     }
 
     const LayerStack& stack_;
@@ -104,7 +101,7 @@ void RowsMaker::add_family(const layers::FamilyClosure& family) {
         const accumulate::LayerEntry* entry = stack_.header().find(layer);
         if (!entry) continue;
         const size_t plane = plane_of(layer);
-        terms.push_back({{"plane", plane}, {"cell", cell_of(*entry)}});
+        terms.push_back({{"plane", plane}, {"cells", names_.cells_of(*entry)}});
         if (made_.data["families"].empty()) made_.unity.push_back(plane);
     }
     made_.data["families"].push_back({{"name", family.family}, {"terms", std::move(terms)}});
@@ -114,15 +111,15 @@ void RowsMaker::add_family(const layers::FamilyClosure& family) {
 /// the beauty, and a row counts by how much its gain differs.
 void RowsMaker::add_plain() {
     json terms = json::array();
-    const size_t rest = names_.column_count() * names_.group_count() - 1;
+    const size_t rest = names_.cell_count() - 1;
     if (stack_.has_beauty()) {
         made_.unity.push_back(plane_of("rgba"));
-        terms.push_back({{"plane", plane_of("rgba")}, {"cell", rest}});
+        terms.push_back({{"plane", plane_of("rgba")}, {"cells", json::array({rest})}});
     }
     for (const accumulate::LayerEntry& entry : stack_.header().layers) {
         if (entry.family != "plain") continue;
         const size_t plane = plane_of(entry.name);
-        terms.push_back({{"plane", plane}, {"cell", cell_of(entry)}});
+        terms.push_back({{"plane", plane}, {"cells", names_.cells_of(entry)}});
         if (!stack_.has_beauty()) made_.unity.push_back(plane);
     }
     json family = {{"name", "plain"}, {"terms", std::move(terms)}};
@@ -130,7 +127,23 @@ void RowsMaker::add_plain() {
     made_.data["families"].push_back(std::move(family));
 }
 
-Result<void> RowsMaker::add_families(const std::string& asked) {
+/// Whether some light has a gain of its own by lobe.
+bool RowsMaker::needs_lobes(const Faders& faders) const {
+    const auto gains = gains_of(faders);
+    for (size_t c = 0; c < names_.column_count(); ++c) {
+        for (size_t g = 0; g < names_.group_count(); ++g) {
+            accumulate::LayerEntry light;
+            light.bounce = names_.column_names()[c];
+            light.group = names_.group_name(g);
+            const std::vector<size_t> cells = names_.cells_of(light);
+            for (const size_t cell : cells)
+                if (gains[cell] != gains[cells.front()]) return true;
+        }
+    }
+    return false;
+}
+
+Result<void> RowsMaker::add_families(const std::string& asked, bool needs_lobes) {
     made_.data["families"] = json::array();
     if (stack_.is_plain()) {
         if (!asked.empty())
@@ -141,17 +154,22 @@ Result<void> RowsMaker::add_families(const std::string& asked) {
         add_plain();
         return {};
     }
-    static const std::map<std::string, std::string> family_of = {
-        {"matrix", "matrix"}, {"light", "groups"}, {"bounce", "bounces"}};
+    static const std::map<std::string, std::string> family_of = {{"lobe-matrix", "lobe-matrix"},
+                                                                 {"matrix", "matrix"},
+                                                                 {"light", "groups"},
+                                                                 {"bounce", "bounces"}};
     if (!asked.empty() && !stack_.has_family(family_of.at(asked)))
         return Error{"mix-not-stored",
                      fmt::format("--layers {0}: not stored; render with --layers {0}", asked)};
+    // The fewest layers that have a fader for all that the look turns
+    const bool takes_lobes =
+        stack_.has_family("lobe-matrix") && (needs_lobes || !stack_.has_family("matrix"));
+    const std::string cells = takes_lobes ? "lobe-matrix" : "matrix";
     for (const layers::FamilyClosure& family : stack_.header().closure) {
         const bool is_known = std::any_of(family_of.begin(), family_of.end(),
                                           [&](const auto& f) { return f.second == family.family; });
-        const bool is_wanted = asked.empty()
-                                   ? family.family == "matrix" || !stack_.has_family("matrix")
-                                   : family.family == family_of.at(asked);
+        const bool is_wanted = asked.empty() ? family.family == cells || !stack_.has_family(cells)
+                                             : family.family == family_of.at(asked);
         if (!is_known || !is_wanted) continue;
         for (const std::string& layer : family.order) {
             if (auto is_there = stack_.check_stored(layer); !is_there) return is_there;
@@ -161,7 +179,8 @@ Result<void> RowsMaker::add_families(const std::string& asked) {
     if (!made_.data["families"].empty()) return {};
     if (auto is_there = stack_.check_stored("rgba"); !is_there) return is_there;
     made_.unity.push_back(plane_of("rgba"));
-    const json terms = json::array({{{"plane", plane_of("rgba")}, {"cell", 0}}});
+    const json terms = json::array(
+        {{{"plane", plane_of("rgba")}, {"cells", names_.cells_of(accumulate::LayerEntry())}}});
     made_.data["families"].push_back({{"name", "beauty"}, {"terms", terms}});
     return {};
 }
@@ -174,7 +193,9 @@ Result<void> RowsMaker::add_shadows() {
         json row = row_of(name);
         row["plane"] = plane_of(layer);
         // A lifted shadow shows the light's direct light, so it takes the gain of that cell
-        row["cell"] = names_.direct_column() * names_.group_count() + names_.group_of(group);
+        // By whatever lobe: the first after emission
+        row["cell"] = names_.cell(names_.direct_column(), names_.group_of(group),
+                                  names_.lobe_count() > 1 ? 1 : 0);
         row["group"] = group;
         to.push_back(std::move(row));
         return {};
@@ -201,7 +222,7 @@ Result<void> RowsMaker::add_targets() {
         cells[name] = numbers_of(*selected);
         return {};
     };
-    for (const auto* names : {&rows_.lights, &rows_.bounces}) {
+    for (const auto* names : {&rows_.lights, &rows_.bounces, &rows_.lobes}) {
         for (const std::string& name : *names)
             if (auto added = add_cells(name); !added) return added;
     }
@@ -250,7 +271,7 @@ Result<void> RowsMaker::add_targets() {
 }
 
 void RowsMaker::add_names() {
-    json lights = json::array(), bounces = json::array();
+    json lights = json::array(), bounces = json::array(), lobes = json::array();
     const auto notes = [&](const std::string& name) {
         std::string prims;
         for (const accumulate::LightGroup& light : stack_.header().lights) {
@@ -278,13 +299,15 @@ void RowsMaker::add_names() {
         row["isMaster"] = name == "direct" || name == "indirect";
         bounces.push_back(std::move(row));
     }
+    for (const std::string& name : rows_.lobes) lobes.push_back(row_of(name));
     made_.data["lights"] = std::move(lights);
     made_.data["bounces"] = std::move(bounces);
-    const bool has_grid = made_.data["families"][0]["name"] == "matrix";
+    made_.data["lobes"] = std::move(lobes);
+    const std::string family = made_.data["families"][0]["name"];
+    const bool has_grid = family == "matrix" || family == "lobe-matrix";
     made_.data["grid"] = {{"groups", has_grid ? rows_.groups : std::vector<std::string>()},
                           {"columns", has_grid ? rows_.columns : std::vector<std::string>()}};
-    made_.data["columns"] = names_.column_count();
-    made_.data["groups"] = names_.group_count();
+    made_.data["cells"] = names_.cell_count();
 }
 
 Result<void> RowsMaker::add_look() {
@@ -322,14 +345,14 @@ Result<void> RowsMaker::check_look() const {
 
 Result<WebRows> RowsMaker::run(const std::string& family) {
     if (auto checked = check_look(); !checked) return checked.error();
-    if (auto added = add_families(family); !added) return added.error();
     // That the look can be mixed at all, and by one of the families that the page has
     const auto plan = mix::plan_mix(stack_, look_);
     if (!plan) return plan.error();
+    if (auto added = add_families(family, needs_lobes(plan->faders)); !added) return added.error();
     const auto& families = made_.data["families"];
-    const bool is_there = std::any_of(families.begin(), families.end(), [&](const json& f) {
-        return can_express(f["name"], plan->faders);
-    });
+    const auto gains = gains_of(plan->faders);
+    const bool is_there = std::any_of(families.begin(), families.end(),
+                                      [&](const json& f) { return can_express(f, gains); });
     if (!is_there)
         return Error{"mix-not-stored",
                      fmt::format("the look has gains that --layers {} cannot express", family)};

@@ -109,8 +109,8 @@ std::string mattes_text(const LayerStack& stack) {
 }
 
 bool has_share(const accumulate::LayerEntry& e) {
-    constexpr std::array families = {"matrix", "bounces", "groups", "shadow",
-                                     "caster", "clamp",   "plain"};
+    constexpr std::array families = {"lobe-matrix", "matrix", "bounces", "groups",
+                                     "shadow",      "caster", "clamp",   "plain"};
     return std::find(families.begin(), families.end(), e.family) != families.end();
 }
 

@@ -158,10 +158,21 @@ std::vector<std::string> LayerStack::group_names() const {
 std::vector<std::string> LayerStack::column_names() const {
     std::vector<std::string> names;
     for (const accumulate::LayerEntry& e : header_.layers) {
-        const bool has_bounces = e.family == "bounces" || e.family == "matrix";
+        const bool has_bounces =
+            e.family == "bounces" || e.family == "matrix" || e.family == "lobe-matrix";
         if (!has_bounces || std::find(names.begin(), names.end(), e.bounce) != names.end())
             continue;
         names.push_back(e.bounce);
+    }
+    return names;
+}
+
+std::vector<std::string> LayerStack::lobe_names() const {
+    std::vector<std::string> names;
+    for (const accumulate::LayerEntry& e : header_.layers) {
+        if (e.family == "lobe-matrix" &&
+            std::find(names.begin(), names.end(), e.lobe) == names.end())
+            names.push_back(e.lobe);
     }
     return names;
 }

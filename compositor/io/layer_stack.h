@@ -89,6 +89,8 @@ class LayerStack {
     std::vector<std::string> group_names() const;
     /// `b0` … `tail` as far as any stored family tells bounces apart.
     std::vector<std::string> column_names() const;
+    /// `emission`, `diffuse` … where the lobe matrix is stored.
+    std::vector<std::string> lobe_names() const;
 
     bool has_family(const std::string& family) const {
         return header_.find_family(family) != nullptr;

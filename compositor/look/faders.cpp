@@ -8,11 +8,37 @@ inline namespace look {
 
 namespace {
 
-/// How many cells of a group, or of a bounce, are selected.
-size_t count(const Selection& selected, size_t first, size_t step, size_t cells) {
-    size_t found = 0;
-    for (size_t i = 0; i < cells; ++i) found += size_t(selected[first + i * step]);
-    return found;
+using Axis = std::vector<Fader> Faders::*;
+
+/// In the order in which a selection is taken for rows of them.
+constexpr std::array<Axis, 3> axes = {&Faders::groups, &Faders::bounces, &Faders::lobes};
+
+/// Cells of one fader of an axis.
+std::vector<size_t> cells_of(const Faders& faders, Axis axis, size_t row) {
+    std::vector<size_t> cells;
+    for (size_t b = 0; b < faders.bounces.size(); ++b)
+        for (size_t g = 0; g < faders.groups.size(); ++g)
+            for (size_t l = 0; l < faders.lobes.size(); ++l)
+                if (row == (axis == &Faders::groups ? g : axis == &Faders::bounces ? b : l))
+                    cells.push_back(faders.place(b, g, l));
+    return cells;
+}
+
+size_t count(const Selection& selected, const std::vector<size_t>& cells) {
+    return size_t(
+        std::count_if(cells.begin(), cells.end(), [&](size_t i) { return bool(selected[i]); }));
+}
+
+/// The faders of an axis that a selection is made of; none where it takes parts of some.
+std::vector<size_t> whole_rows(const Faders& faders, Axis axis, const Selection& selected) {
+    std::vector<size_t> rows;
+    for (size_t row = 0; row < (faders.*axis).size(); ++row) {
+        const std::vector<size_t> cells = cells_of(faders, axis, row);
+        const size_t n = count(selected, cells);
+        if (n != 0 && n != cells.size()) return {};
+        if (n != 0) rows.push_back(row);
+    }
+    return rows;
 }
 
 }  // namespace
@@ -23,10 +49,19 @@ std::array<float, 3> Fader::factor() const {
 }
 
 Faders::Faders(const std::vector<std::string>& columns,
-               const std::vector<std::string>& group_names) {
+               const std::vector<std::string>& group_names,
+               const std::vector<std::string>& lobe_names) {
     for (const std::string& name : columns) bounces.push_back({name});
     for (const std::string& name : group_names) groups.push_back({name});
-    cells.assign(bounces.size() * groups.size(), {1, 1, 1});
+    for (const std::string& name : lobe_names) lobes.push_back({name});
+    cells.assign(bounces.size() * groups.size() * lobes.size(), {1, 1, 1});
+}
+
+std::array<float, 3> Faders::factor(size_t column, size_t group, size_t lobe) const {
+    std::array<float, 3> product = cells[place(column, group, lobe)];
+    for (const Fader* fader : {&all, &groups[group], &bounces[column], &lobes[lobe]})
+        for (size_t c = 0; c < 3; ++c) product[c] *= fader->factor()[c];
+    return product;
 }
 
 void Faders::apply(Control::Kind kind,
@@ -40,35 +75,28 @@ void Faders::apply(Control::Kind kind,
         else
             for (size_t c = 0; c < 3; ++c) fader.tint[c] *= factor[c];
     };
-    const size_t g_count = groups.size(), b_count = bounces.size();
     if (std::all_of(selected.begin(), selected.end(), [](bool s) { return s; })) return turn(all);
-    bool is_of_groups = true, is_of_bounces = true;
-    for (size_t g = 0; g < g_count; ++g) {
-        const size_t n = count(selected, g, g_count, b_count);
-        is_of_groups = is_of_groups && (n == 0 || n == b_count);
+    for (const Axis axis : axes) {
+        const std::vector<size_t> rows = whole_rows(*this, axis, selected);
+        for (const size_t row : rows) turn((this->*axis)[row]);
+        if (!rows.empty()) return;
     }
-    for (size_t b = 0; b < b_count; ++b) {
-        const size_t n = count(selected, b * g_count, 1, g_count);
-        is_of_bounces = is_of_bounces && (n == 0 || n == g_count);
-    }
-    for (size_t g = 0; g < g_count && is_of_groups; ++g)
-        if (selected[g]) turn(groups[g]);
-    for (size_t b = 0; b < b_count && is_of_bounces && !is_of_groups; ++b)
-        if (selected[b * g_count]) turn(bounces[b]);
-    for (size_t i = 0; i < cells.size() && !is_of_groups && !is_of_bounces; ++i)
+    for (size_t i = 0; i < cells.size(); ++i)
         for (size_t c = 0; c < 3 && selected[i]; ++c) cells[i][c] *= factor[c];
 }
 
 void Faders::mute(const Selection& selected) {
-    const size_t g_count = groups.size(), b_count = bounces.size();
-    for (size_t g = 0; g < g_count; ++g)
-        if (count(selected, g, g_count, b_count) == b_count) groups[g].is_muted = true;
-    for (size_t b = 0; b < b_count; ++b)
-        if (count(selected, b * g_count, 1, g_count) == g_count) bounces[b].is_muted = true;
-    for (size_t i = 0; i < cells.size(); ++i) {
-        const bool is_muted = bounces[i / g_count].is_muted || groups[i % g_count].is_muted;
-        if (selected[i] && !is_muted) cells[i] = {0, 0, 0};
+    Selection is_muted(cells.size());
+    for (const Axis axis : axes) {
+        for (size_t row = 0; row < (this->*axis).size(); ++row) {
+            const std::vector<size_t> of_row = cells_of(*this, axis, row);
+            if (count(selected, of_row) != of_row.size()) continue;
+            (this->*axis)[row].is_muted = true;
+            for (const size_t i : of_row) is_muted[i] = true;
+        }
     }
+    for (size_t i = 0; i < cells.size(); ++i)
+        if (selected[i] && !is_muted[i]) cells[i] = {0, 0, 0};
 }
 
 }  // namespace look

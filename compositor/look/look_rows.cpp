@@ -78,10 +78,18 @@ bool MixerRows::has_place(Control::Kind kind, const std::string& target) const {
     if (kind == Kind::Shadow) return contains(shadows, target);
     if (kind == Kind::Caster) return contains(casters, target);
     if (kind == Kind::Clamp) return contains(clamps, target);
-    if (contains(lights, target) || contains(bounces, target)) return true;
+    if (contains(lights, target) || contains(bounces, target) || contains(lobes, target))
+        return true;
+    // GROUP:BOUNCE, GROUP:LOBE, LOBE:BOUNCE, GROUP:LOBE:BOUNCE
     const size_t colon = target.rfind(':');
     if (colon == std::string::npos) return false;
-    return contains(groups, target.substr(0, colon)) && contains(columns, target.substr(colon + 1));
+    const std::string before = target.substr(0, colon), last = target.substr(colon + 1);
+    if (contains(groups, before)) return contains(columns, last) || contains(lobes, last);
+    if (!contains(columns, last)) return false;
+    const size_t second = before.rfind(':');
+    const bool is_of_group =
+        second == std::string::npos || contains(groups, before.substr(0, second));
+    return is_of_group && contains(lobes, before.substr(second + 1));
 }
 
 MixerRows mixer_rows(const LayerStack& stack) {
@@ -95,7 +103,8 @@ MixerRows mixer_rows(const LayerStack& stack) {
     // With K = 0 the tail holds the direct light as well
     if (contains(columns, "b1")) rows.bounces = {"direct", "indirect"};
     rows.bounces.insert(rows.bounces.end(), columns.begin(), columns.end());
-    if (stack.has_family("matrix")) {
+    rows.lobes = stack.lobe_names();
+    if (stack.has_family("matrix") || stack.has_family("lobe-matrix")) {
         rows.groups = groups;
         rows.columns = columns;
     }

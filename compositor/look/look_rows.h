@@ -17,6 +17,7 @@ inline namespace look {
 struct MixerRows {
     std::vector<std::string> lights;   ///< `all`, `env` where there are domes, every light group
     std::vector<std::string> bounces;  ///< `direct`, `indirect`, then one by one; empty: not stored
+    std::vector<std::string> lobes;    ///< empty: no lobe matrix is stored
     std::vector<std::string> groups, columns;  ///< of the cells; empty where no matrix is stored
     std::vector<std::string> shadows;          ///< groups with a stored shadow
     std::vector<std::string> casters;  ///< `group:caster` of those that are stored one by one

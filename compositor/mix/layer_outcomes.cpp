@@ -42,15 +42,22 @@ LayerOutcome outcome_of(const LayerStack& layout,
         return gains.is_gray || has_halves ? LayerOutcome::Variance : LayerOutcome::NotStored;
     }
     if (e.family == plan.family) return LayerOutcome::Graded;
-    if (e.family == "shadow" || e.family == "caster") return LayerOutcome::Shadow;
-    if (e.family == "unoccluded") return LayerOutcome::Beside;
+    // Where lobes of the direct light have gains of their own, what does not tell them apart has
+    // none
+    const bool has_gain = std::any_of(plan.beside.begin(), plan.beside.end(),
+                                      [&](const MixPlan::Term& t) { return t.layer == e.name; });
+    if (e.family == "shadow" || e.family == "caster")
+        return has_gain ? LayerOutcome::Shadow : LayerOutcome::NotStored;
+    if (e.family == "unoccluded") return has_gain ? LayerOutcome::Beside : LayerOutcome::NotStored;
     if (gains.is_unit) return LayerOutcome::Same;
     if (e.family == "clamp") {
         const LayerEntry* of = layout.header().find(e.of);
         return of && of->family == plan.family ? LayerOutcome::Clamp : LayerOutcome::NotStored;
     }
-    const bool is_coarser = e.family == "bounces" || e.family == "groups";
-    if (is_coarser && plan.family == "matrix") return LayerOutcome::Sum;
+    const bool is_margin = e.family == "bounces" || e.family == "groups";
+    if (is_margin && plan.family == "matrix") return LayerOutcome::Sum;
+    if ((is_margin || e.family == "matrix") && plan.family == "lobe-matrix")
+        return LayerOutcome::Sum;
     // What adds up to the beauty was rounded on its own, and would no longer do so
     return gains.is_uniform && !e.in_sum ? LayerOutcome::Uniform : LayerOutcome::NotStored;
 }

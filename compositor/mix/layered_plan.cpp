@@ -59,8 +59,8 @@ std::vector<std::string> LayeredPlan::sources_of(const LayerEntry& coarser) cons
     std::vector<std::string> sources;
     for (const MixPlan::Term& term : terms) {
         const LayerEntry* e = layout.header().find(term.layer);
-        const bool is_of = e && (coarser.family == "bounces" ? e->bounce == coarser.bounce
-                                                             : e->group == coarser.group);
+        const bool is_of = e && (coarser.bounce.empty() || e->bounce == coarser.bounce) &&
+                           (coarser.group.empty() || e->group == coarser.group);
         if (is_of) sources.push_back(term.layer);
     }
     return sources;

@@ -24,7 +24,7 @@ void multiply(Gain& a, const Gain& b) {
     for (size_t c = 0; c < 3; ++c) a[c] *= b[c];
 }
 
-/// What the controls ask of one bounce of one group.
+/// What the controls ask of one lobe of one bounce of one group.
 struct CellGain {
     Gain gain = {1, 1, 1};
     std::vector<MattedGain> mattes;
@@ -37,9 +37,9 @@ class Planner {
   public:
     Planner(const LayerStack& stack, const Look& look, bool is_brief)
         : stack_(stack), look_(look), is_brief_(is_brief), rows_(stack, look) {
-        cells_.resize(rows_.column_count() * rows_.group_count());
+        cells_.resize(rows_.cell_count());
         lifts_.resize(rows_.group_count());
-        plan_.faders = Faders(rows_.column_names(), rows_.group_names());
+        plan_.faders = Faders(rows_.column_names(), rows_.group_names(), rows_.lobe_names());
     }
 
     Result<MixPlan> run();
@@ -63,29 +63,25 @@ class Planner {
     std::string direct_layer(const std::string& group) const;
     void add_beside();
     std::optional<Gain> common_gain() const;
+    const CellGain* one_gain(const accumulate::LayerEntry& entry) const;
+    const CellGain* direct_gain(const std::string& group) const;
+    bool can_express(const std::string& family) const;
     bool is_uniform_along(bool groups) const;
     double largest_gain(const Term& term) const;
     Result<void> check_gains() const;
     Error not_stored() const;
     const accumulate::LayerEntry* clamp_of(const std::string& layer) const;
 
-    CellGain& cell(size_t column, size_t group) {
-        return cells_[column * rows_.group_count() + group];
-    }
-
-    const CellGain& cell(size_t column, size_t group) const {
-        return cells_[column * rows_.group_count() + group];
-    }
-
-    const CellGain& cell(const accumulate::LayerEntry& entry) const {
-        return cell(rows_.column_of(entry.bounce), rows_.group_of(entry.group));
+    /// Of a layer whose light has one gain.
+    const CellGain& gain(const accumulate::LayerEntry& entry) const {
+        return cells_[rows_.cells_of(entry).front()];
     }
 
     const LayerStack& stack_;
     const Look& look_;
     const bool is_brief_;
     RowNames rows_;
-    std::vector<CellGain> cells_;                                   ///< [column][group]
+    std::vector<CellGain> cells_;                                   ///< as Selection
     std::vector<std::vector<MattedShare>> lifts_;                   ///< per group
     std::map<std::string, std::vector<MattedShare>> caster_lifts_;  ///< per layer
     std::map<size_t, std::vector<Selection>> solos_;                ///< per matte
@@ -247,13 +243,40 @@ Result<void> Planner::apply_controls() {
     return {};
 }
 
+/// That of all the light which the layer holds; null where parts of it have others.
+const CellGain* Planner::one_gain(const accumulate::LayerEntry& entry) const {
+    const std::vector<size_t> cells = rows_.cells_of(entry);
+    if (cells.empty()) return nullptr;
+    // A gain that is no number is still that of its cell
+    const bool is_one = std::all_of(cells.begin() + 1, cells.end(), [&](size_t cell) {
+        return cells_[cell] == cells_[cells.front()];
+    });
+    return is_one ? &cells_[cells.front()] : nullptr;
+}
+
+/// That of a group's direct light by whatever lobe, as shadows are not told apart by lobes.
+const CellGain* Planner::direct_gain(const std::string& group) const {
+    accumulate::LayerEntry direct;
+    direct.bounce = rows_.column_names()[rows_.direct_column()];
+    direct.group = group;
+    return one_gain(direct);
+}
+
+bool Planner::can_express(const std::string& family) const {
+    const auto& layers = stack_.header().layers;
+    return std::all_of(layers.begin(), layers.end(), [&](const accumulate::LayerEntry& e) {
+        return e.family != family || one_gain(e) != nullptr;
+    });
+}
+
 /// True if the gains are the same for all groups (or, for `groups` false, for all columns).
 bool Planner::is_uniform_along(bool groups) const {
-    for (size_t c = 0; c < rows_.column_count(); ++c) {
-        for (size_t g = 0; g < rows_.group_count(); ++g) {
-            if (cell(c, g) != (groups ? cell(c, 0) : cell(0, g))) return false;
-        }
-    }
+    for (size_t c = 0; c < rows_.column_count(); ++c)
+        for (size_t g = 0; g < rows_.group_count(); ++g)
+            for (size_t l = 0; l < rows_.lobe_count(); ++l)
+                if (cells_[rows_.cell(c, g, l)] !=
+                    cells_[groups ? rows_.cell(c, 0, l) : rows_.cell(0, g, l)])
+                    return false;
     return true;
 }
 
@@ -289,7 +312,7 @@ Result<void> Planner::add_family(const layers::FamilyClosure& family) {
         if (auto is_there = stack_.check_stored(layer); !is_there) return is_there;
     }
     const auto add = [&](const accumulate::LayerEntry& entry) -> Result<void> {
-        const CellGain& gains = cell(entry);
+        const CellGain& gains = gain(entry);
         Term term{entry.name, gains.gain};
         term.matted_gains = gains.mattes;
         const accumulate::LayerEntry* clamp = gains.clamp.empty() ? nullptr : clamp_of(entry.name);
@@ -321,7 +344,7 @@ void Planner::add_plain_terms() {
         // The beauty is the sum of the rows, in the order of the file
         for (const accumulate::LayerEntry& entry : stack_.header().layers) {
             if (entry.family == "plain")
-                plan_.terms.push_back({entry.name, cell(entry).gain, cell(entry).mattes});
+                plan_.terms.push_back({entry.name, gain(entry).gain, gain(entry).mattes});
         }
         return;
     }
@@ -330,7 +353,7 @@ void Planner::add_plain_terms() {
     plan_.terms.push_back({"rgba", rest.gain, rest.mattes});
     for (const accumulate::LayerEntry& entry : stack_.header().layers) {
         if (entry.family != "plain") continue;
-        const CellGain& row = cell(entry);
+        const CellGain& row = gain(entry);
         if (row == rest) continue;
         Gain gain = row.gain;
         if (row.mattes.empty() && rest.mattes.empty()) {
@@ -351,18 +374,13 @@ Result<void> Planner::choose_family() {
         return {};
     }
     for (const layers::FamilyClosure& family : stack_.header().closure) {
-        const bool can_express = family.family == "matrix" ||
-                                 (family.family == "bounces" && is_uniform_along(true)) ||
-                                 (family.family == "groups" && is_uniform_along(false));
-        if (can_express) return add_family(family);
+        // Layers by lobe, direct or not, have no cells of their own
+        if (family.family != "lobes" && can_express(family.family)) return add_family(family);
     }
-    if (!is_uniform_along(true) || !is_uniform_along(false)) return not_stored();
+    const CellGain* all = one_gain({});
+    if (!all) return not_stored();
     plan_.family = "beauty";
-    if (cells_.empty()) {
-        plan_.terms.push_back({"rgba"});
-    } else {
-        plan_.terms.push_back({"rgba", cells_[0].gain, cells_[0].mattes});
-    }
+    plan_.terms.push_back({"rgba", all->gain, all->mattes});
     return stack_.check_stored("rgba");
 }
 
@@ -373,8 +391,14 @@ Result<void> Planner::add_shadow(const accumulate::LayerEntry& entry,
     if (entry.is_empty || !is_lifted) return {};
     if (auto is_there = stack_.check_stored(entry.name); !is_there) return is_there;
     // A lifted shadow shows the light's direct light, so it takes the gain of that cell
-    const CellGain& gains = cell(rows_.direct_column(), rows_.group_of(entry.group));
-    Term term{entry.name, gains.gain, gains.mattes};
+    const CellGain* gains = direct_gain(entry.group);
+    if (!gains)
+        return Error{
+            "mix-not-stored",
+            fmt::format("shadows are not stored by lobe: --shadow and --caster of {0} need "
+                        "one gain for all lobes of {0}:direct",
+                        entry.group)};
+    Term term{entry.name, gains->gain, gains->mattes};
     if (lifts.size() == 1 && lifts[0].matte == whole_image) {
         multiply(term.gain, {lifts[0].share, lifts[0].share, lifts[0].share});
     } else {
@@ -431,18 +455,16 @@ void Planner::add_beside() {
         const bool is_direct =
             e.family == "shadow" || e.family == "caster" || e.family == "unoccluded";
         if (!(is_row || is_direct)) continue;
-        const CellGain& gains =
-            is_row ? cell(e) : cell(rows_.direct_column(), rows_.group_of(e.group));
-        plan_.beside.push_back({e.name, gains.gain, gains.mattes});
+        const CellGain* gains = is_row ? one_gain(e) : direct_gain(e.group);
+        if (gains) plan_.beside.push_back({e.name, gains->gain, gains->mattes});
     }
 }
 
 std::optional<Gain> Planner::common_gain() const {
-    const bool is_one = std::all_of(cells_.begin(), cells_.end(), [this](const CellGain& c) {
-        return c == cells_[0] && c.mattes.empty() && c.clamp.empty();
-    });
-    if (!is_one || cells_.empty() || !plan_.shadow_terms.empty()) return std::nullopt;
-    return cells_[0].gain;
+    const CellGain* all = one_gain({});
+    if (!all || !all->mattes.empty() || !all->clamp.empty() || !plan_.shadow_terms.empty())
+        return std::nullopt;
+    return all->gain;
 }
 
 Result<MixPlan> Planner::run() {

@@ -40,16 +40,12 @@ Error wrong_plate(const std::string& path, const std::string& why) {
 
 /// Of the direct light of a group. Whether its bounces have the same goes to `is_same`.
 Gain gain_of(const Faders& faders, size_t group, bool& is_same) {
-    const auto at = [&](size_t column) {
-        Gain gain = faders.cell(column, group);
-        for (size_t c = 0; c < 3; ++c)
-            gain[c] *= faders.all.factor()[c] * faders.groups[group].factor()[c] *
-                       faders.bounces[column].factor()[c];
-        return gain;
-    };
-    const Gain direct = at(std::min<size_t>(1, faders.bounces.size() - 1));
+    // Emission is the first of the lobes, where there are some
+    const size_t first = faders.lobes.size() > 1 ? 1 : 0;
+    const Gain direct = faders.factor(std::min<size_t>(1, faders.bounces.size() - 1), group, first);
     for (size_t column = 1; column < faders.bounces.size(); ++column)
-        is_same = is_same && at(column) == direct;
+        for (size_t lobe = first; lobe < faders.lobes.size(); ++lobe)
+            is_same = is_same && faders.factor(column, group, lobe) == direct;
     return direct;
 }
 

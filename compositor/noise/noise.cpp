@@ -309,6 +309,8 @@ Result<MixError> NoiseSum::add(const LayerStack& strip,
                    pixels, groups_),
           add_rows(strip, look, plan, *mix, rows_by(strip, plan, &accumulate::LayerEntry::bounce),
                    pixels, bounces_),
+          add_rows(strip, look, plan, *mix, rows_by(strip, plan, &accumulate::LayerEntry::lobe),
+                   pixels, lobes_),
           add_rows(strip, look, plan, *mix, shadow_rows(plan), pixels, shadows_)}) {
         if (!added) return added.error();
     }
@@ -336,6 +338,7 @@ Result<NoiseForecast> forecast_noise(const LayerStack& stack,
     out.error = std::move(*mix);
     out.groups = sum.groups();
     out.bounces = sum.bounces();
+    out.lobes = sum.lobes();
     out.shadows = sum.shadows();
     auto advice = advise(stack, look, out.mix.value, target.value_or(out.rendered.value));
     if (!advice) return advice.error();

@@ -64,8 +64,8 @@ struct NoiseForecast {
     statistics::RelativeError mix;
     MixError error;  ///< of the mix, pixel by pixel
     /// The largest share first. Those of groups and shadows add up to 1, those of bounces and
-    /// shadows as well; empty where the family does not tell them apart.
-    std::vector<RowNoise> groups, bounces, shadows;
+    /// shadows, and of lobes and shadows, as well; empty where the family does not tell them apart.
+    std::vector<RowNoise> groups, bounces, lobes, shadows;
     NoiseAdvice advice;
 };
 
@@ -91,14 +91,16 @@ class NoiseSum {
 
     std::vector<RowNoise> bounces() const { return shares_of(bounces_); }
 
+    std::vector<RowNoise> lobes() const { return shares_of(lobes_); }
+
     std::vector<RowNoise> shadows() const { return shares_of(shadows_); }
 
   private:
     std::vector<RowNoise> shares_of(std::vector<RowNoise> sums) const;
 
     statistics::ImageErrorSum rendered_, mix_;
-    double squares_ = 0;                                ///< of the mix
-    std::vector<RowNoise> groups_, bounces_, shadows_;  ///< what they have of squares_
+    double squares_ = 0;                                        ///< of the mix
+    std::vector<RowNoise> groups_, bounces_, lobes_, shadows_;  ///< what they have of squares_
 };
 
 /// target: of √relMSE; none: that of the render with every gain at 1. Errors: those of plan_mix,

@@ -60,6 +60,7 @@ nlohmann::ordered_json noise_json(const NoiseForecast& f,
     }
     j["groups"] = json_of(f.groups);
     j["bounces"] = json_of(f.bounces);
+    if (!f.lobes.empty()) j["lobes"] = json_of(f.lobes);
     j["shadows"] = json_of(f.shadows);
     return j;
 }

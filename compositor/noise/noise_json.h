@@ -14,7 +14,7 @@ namespace velatura::compositor::noise {
 double mean_samples(const LayerStack& stack);
 
 /// What `velatura-comp noise --json` prints: schema, frame, rendered, mix, storage, advice, groups,
-/// bounces, shadows.
+/// bounces, lobes where the file tells them apart, shadows.
 /// Args: samples: mean_samples(); seconds: that the render took, to predict times; frame: of a
 ///       sequence.
 nlohmann::ordered_json noise_json(const NoiseForecast& forecast,

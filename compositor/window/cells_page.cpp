@@ -16,6 +16,27 @@ constexpr float max_stops = 20;
 /// What a table of Dear ImGui takes.
 constexpr size_t max_columns = 64;
 
+/// Which lobe the cells are of.
+void draw_lobe_choice(Drawing& drawing) {
+    Session& session = drawing.session;
+    const std::vector<std::string>& lobes = session.rows().lobes;
+    if (lobes.empty()) return;
+    constexpr const char* all = "all lobes";
+    const std::string& now = session.lobe_of_cells();
+    ImGui::SetNextItemWidth(-1);
+    const bool is_open = ImGui::BeginCombo("##lobe", now.empty() ? all : now.c_str());
+    note_item(drawing, "lobe of cells");
+    if (!is_open) return;
+    if (ImGui::Selectable(all, now.empty())) session.set_lobe_of_cells("");
+    note_item(drawing, std::string("lobe ") + all);
+    for (const std::string& lobe : lobes) {
+        if (lobe == accumulate::emission_lobe) continue;
+        if (ImGui::Selectable(lobe.c_str(), lobe == now)) session.set_lobe_of_cells(lobe);
+        note_item(drawing, "lobe " + lobe);
+    }
+    ImGui::EndCombo();
+}
+
 /// A number to drag, colored by how far it is from 0. The target is a cell, a group or a bounce.
 void draw_cell(Drawing& drawing, const std::string& target) {
     Session& session = drawing.session;
@@ -62,7 +83,15 @@ void draw_name(const std::string& name) {
 
 void draw_cells(Drawing& drawing) {
     const std::vector<std::string> groups = drawing.session.found(drawing.session.rows().groups);
+    draw_lobe_choice(drawing);
+    // As the look names them: GROUP:LOBE:BOUNCE
+    const std::vector<std::string>& lobes = drawing.session.rows().lobes;
+    const std::string& chosen = drawing.session.lobe_of_cells();
+    const bool is_of_lobe = std::find(lobes.begin(), lobes.end(), chosen) != lobes.end();
+    const std::string of_lobe = is_of_lobe ? ":" + chosen : "";
     std::span<const std::string> columns = drawing.session.rows().columns;
+    // Emission seen directly has no lobe
+    if (is_of_lobe && !columns.empty() && columns.front() == "b0") columns = columns.subspan(1);
     // Names and whole rows take two
     if (columns.size() + 2 > max_columns) {
         text(fmt::format("{} … {} do not fit here; see the page of the bounces.",
@@ -87,13 +116,15 @@ void draw_cells(Drawing& drawing) {
     ImGui::TableHeadersRow();
     ImGui::TableNextRow();
     draw_name("all light");
-    draw_cell(drawing, "all");
-    for (const std::string& column : columns) draw_cell(drawing, column);
+    draw_cell(drawing, is_of_lobe ? chosen : "all");
+    for (const std::string& column : columns)
+        draw_cell(drawing, is_of_lobe ? chosen + ":" + column : column);
     for (const std::string& group : groups) {
         ImGui::TableNextRow();
         draw_name(group);
-        draw_cell(drawing, group);
-        for (const std::string& column : columns) draw_cell(drawing, group + ":" + column);
+        draw_cell(drawing, group + of_lobe);
+        for (const std::string& column : columns)
+            draw_cell(drawing, group + of_lobe + ":" + column);
     }
     ImGui::EndTable();
 }

@@ -40,6 +40,8 @@ class LiveNoise {
 
     std::vector<noise::RowNoise> bounces() const { return sum_.bounces(); }
 
+    std::vector<noise::RowNoise> lobes() const { return sum_.lobes(); }
+
     /// Why there is none: no half images.
     const std::string& error() const { return error_; }
 

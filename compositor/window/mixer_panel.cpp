@@ -249,6 +249,7 @@ void draw_rows(Drawing& drawing, const std::vector<std::string>& targets, size_t
     std::vector<noise::RowNoise> noise;
     if (drawing.noise)
         noise = drawing.session.page() == Page::Bounces ? drawing.noise->bounces()
+                : drawing.session.page() == Page::Lobes ? drawing.noise->lobes()
                                                         : drawing.noise->groups();
     const auto is_master = [&](const std::string& target) {
         return std::find(targets.begin(), targets.begin() + std::ptrdiff_t(masters), target) !=
@@ -369,6 +370,8 @@ void draw_mixer(Drawing& drawing) {
                 draw_rows(drawing, rows.bounces,
                           rows.bounces.size() - session.stack().column_names().size());
             });
+        if (!rows.lobes.empty() && begin_page(drawing, "Lobes", Page::Lobes))
+            body("lobes", [&] { draw_rows(drawing, rows.lobes, 0); });
         if (!rows.groups.empty() && begin_page(drawing, "Light × bounce", Page::Cells))
             body("cells", [&] { draw_cells(drawing); });
         if (begin_page(drawing, "Shadows", Page::Shadows))

@@ -357,6 +357,8 @@ const std::vector<std::string>& Session::targets_of_page() const {
     switch (page_) {
         case Page::Bounces:
             return rows().bounces;
+        case Page::Lobes:
+            return rows().lobes;
         case Page::Cells:
             return rows().groups;
         case Page::Shadows:
@@ -368,7 +370,9 @@ const std::vector<std::string>& Session::targets_of_page() const {
 
 /// Rows that keys work on.
 std::vector<std::string> Session::keyed_rows() const {
-    return found(page_ == Page::Bounces ? rows().bounces : rows().lights);
+    return found(page_ == Page::Bounces ? rows().bounces
+                 : page_ == Page::Lobes ? rows().lobes
+                                        : rows().lights);
 }
 
 void Session::set_page(Page page) {

@@ -32,7 +32,7 @@ struct Message {
 };
 
 /// Pages of the mixer.
-enum class Page { Lights, Bounces, Cells, Shadows };
+enum class Page { Lights, Bounces, Lobes, Cells, Shadows };
 
 /// What stands before the mixer and waits for an answer.
 enum class Dialog {
@@ -211,6 +211,11 @@ class Session {
 
     void set_page(Page page);
 
+    /// The lobe that the page of cells is about; empty: all.
+    const std::string& lobe_of_cells() const { return lobe_of_cells_; }
+
+    void set_lobe_of_cells(std::string lobe) { lobe_of_cells_ = std::move(lobe); }
+
     /// Rows of the page, whether the search finds them or not.
     const std::vector<std::string>& targets_of_page() const;
 
@@ -347,6 +352,7 @@ class Session {
          is_following_ = false;
     double wipe_ = 0.5;
     Page page_ = Page::Lights;
+    std::string lobe_of_cells_;
     std::string pick_layer_, matte_, selected_, row_search_, input_space_, own_space_;
     Dialog dialog_ = Dialog::None;
     OutputKind output_ = OutputKind::Image;

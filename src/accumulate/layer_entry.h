@@ -8,12 +8,13 @@ namespace velatura::accumulate {
 /// One line of the header string `velatura/layers`.
 struct LayerEntry {
     std::string name;    ///< `b2_key`, `C_key`, `rgba`, `albedo`, …
-    std::string family;  ///< matrix, bounces, groups, lobes, paths, unoccluded, shadow, caster,
-                         ///< clamp, beauty, data, halves
+    std::string family;  ///< lobe-matrix, matrix, bounces, groups, lobes, paths, unoccluded,
+                         ///< shadow, caster, clamp, beauty, data, halves
     std::string part;    ///< EXR part that holds it
     std::string lpe;     ///< light path expression; empty for data
     std::string bounce;  ///< `b2`, `tail`; empty = all
     std::string group;   ///< empty = all
+    std::string lobe;    ///< of the lobe matrix: of the first scattering, or `emission`
     std::string caster;  ///< for layers by caster: its name, `rest` for all casters without one
     std::string of;  ///< for half images: the layer it is half of; for clamps: the layer they cut
     std::string source, filter;  ///< of named data layers, as DataLayer

@@ -53,14 +53,24 @@ std::vector<DataFilter> LayerSet::picking_filters() const {
     return filters;
 }
 
+std::vector<size_t> LayerSet::lobes() const {
+    std::vector<size_t> lobes;
+    for (size_t i = 0; i < path_layers.size(); ++i)
+        if (path_layers[i].family == lobe_matrix_family) lobes.push_back(i);
+    return lobes;
+}
+
 std::string LayerSet::column_name(int column) const {
     return column > last_bounce ? std::string("tail") : fmt::format("b{}", column);
 }
 
 void LayerSet::normalize_names() {
-    const size_t longest = caster_layers ? max_group_name_bytes_beside_casters
-                           : has_clamp() ? max_group_name_bytes_beside_clamps
-                                         : max_group_name_bytes;
+    size_t longest = caster_layers ? max_group_name_bytes_beside_casters
+                     : has_clamp() ? max_group_name_bytes_beside_clamps
+                                   : max_group_name_bytes;
+    if (has_lobe_matrix())
+        longest = std::min(longest, has_clamp() ? max_group_name_bytes_beside_clamped_lobes
+                                                : max_group_name_bytes_beside_lobes);
     UniqueNames group_names("_", longest);
     for (LightGroup& group : groups) group.name = group_names.make(legal_group_name(group.name));
     UniqueNames caster_names("_", max_caster_name_bytes);
@@ -89,11 +99,13 @@ std::string LayerSet::to_json() const {
     if (!path_layers.empty()) {
         j["strictPaths"] = has_strict_paths;
         j["paths"] = nlohmann::ordered_json::array();
-        for (const PathLayer& p : path_layers)
+        for (const PathLayer& p : path_layers) {
             j["paths"].push_back({{"name", p.name},
                                   {"lpe", p.expression},
                                   {"light", int(p.light)},
                                   {"family", p.family}});
+            if (!p.lobe.empty()) j["paths"].back()["lobe"] = p.lobe;
+        }
     }
     j["data"] = data_layers;
     for (const DataAlias& a : data_aliases)
@@ -150,7 +162,7 @@ Result<LayerSet> LayerSet::from_json(const std::string& text) {
                 if (light < 0 || light > int(PathLayer::Light::Shadow)) return error;
                 set.path_layers.push_back({p.at("name").get<std::string>(),
                                            p.at("lpe").get<std::string>(), PathLayer::Light(light),
-                                           p.at("family").get<std::string>()});
+                                           p.at("family").get<std::string>(), p.value("lobe", "")});
             }
         }
         const auto limit = [&j](const char* name) {
@@ -181,8 +193,8 @@ Result<LayerSet> LayerSet::from_json(const std::string& text) {
         if (set.last_bounce < 0 || set.last_bounce > 999 || set.groups.empty()) return error;
         if (set.matte_levels < 1 || set.matte_levels > 64) return error;
         // Every accumulator must have a number
-        const uint64_t per_group =
-            uint64_t(set.bounce_count()) + set.casters.size() + other_accumulators_per_group;
+        const uint64_t per_group = uint64_t(set.bounce_count()) * (1 + set.lobes().size()) +
+                                   set.casters.size() + other_accumulators_per_group;
         if (set.groups.size() * per_group > max_accumulators) return error;
         return set;
     } catch (const nlohmann::json::exception&) {
@@ -203,12 +215,15 @@ AccumulatorTable::AccumulatorTable(const LayerSet& set)
     take(set.data_layers, albedo_, 5);
     for (const DataLayer& d : set.named_data)
         take(true, named_data_.emplace_back(absent), d.accumulators());
-    // With the matrix at hand its margins are sums of cells, and bounce 1 per group is one of its
-    // columns
-    take(set.matrix_layers, matrix_, columns * groups_);
-    take(set.bounce_layers && !set.matrix_layers, bounces_, columns);
-    take(set.group_layers && !set.matrix_layers, all_, groups_);
-    take(set.shadow_layers && (!set.matrix_layers || set.last_bounce < 1), direct_, groups_);
+    // With a matrix at hand its margins are sums of cells, and bounce 1 per group is one of the
+    // columns of the plain one
+    const bool has_lobes = set.has_lobe_matrix(), has_matrix = set.matrix_layers && !has_lobes;
+    lobes_ = uint32_t(set.lobes().size());
+    take(has_lobes, lobe_matrix_, columns * groups_ * lobes_);
+    take(has_matrix, matrix_, columns * groups_);
+    take(set.bounce_layers && !set.has_cells(), bounces_, columns);
+    take(set.group_layers && !set.has_cells(), all_, groups_);
+    take(set.shadow_layers && (!has_matrix || set.last_bounce < 1), direct_, groups_);
     take(set.shadow_layers, unoccluded_, groups_);
     casters_ = uint32_t(set.casters.size());
     take(set.shadow_layers && set.caster_layers, taken_, groups_ * casters_);

@@ -41,10 +41,17 @@ struct PathLayer {
     std::string name;
     std::string expression;  ///< without prefixes
     Light light = Light::Arriving;
-    std::string family;  ///< "lobes", which add up to the beauty, or "paths"
+    std::string family;     ///< "lobes", which add up to the beauty, "paths", or lobe_matrix_family
+    std::string lobe = {};  ///< of the last: the lobe, all of whose paths the expression picks
 
     bool operator==(const PathLayer&) const = default;
 };
+
+/// Of path layers that are no layers of a file: they say which lobe a path left the first surface
+/// by, for the cells b<k>_<group>_<lobe>.
+inline constexpr const char* lobe_matrix_family = "lobe-matrix";
+/// What emission seen directly has in place of a lobe.
+inline constexpr const char* emission_lobe = "emission";
 
 /// A data layer, `beauty` or `alpha` under another name, as well.
 struct DataAlias {
@@ -61,6 +68,7 @@ struct LayerSet {
     bool bounce_layers = true;       ///< b0 … bK tail
     bool group_layers = true;        ///< C_<group>
     bool matrix_layers = false;      ///< b<k>_<group>, tail_<group>
+                                     ///< path_layers hold the lobes of b<k>_<group>_<lobe>
     bool shadow_layers = false;      ///< U_<group>, S_<group>
     bool caster_layers = false;      ///< S_<group>_<caster>; only with shadow_layers
     std::vector<ShadowCaster> casters;
@@ -97,6 +105,14 @@ struct LayerSet {
                            [&family](const PathLayer& p) { return p.family == family; });
     }
 
+    bool has_lobe_matrix() const { return has_paths(lobe_matrix_family); }
+
+    /// Lobes of the lobe matrix, as numbers of path layers.
+    std::vector<size_t> lobes() const;
+
+    /// Whether cells by lobe or the matrix hold what bounces and groups are sums of.
+    bool has_cells() const { return matrix_layers || has_lobe_matrix(); }
+
     /// Whether files have data layers, of whichever kind.
     bool has_data() const { return data_layers || !named_data.empty(); }
 
@@ -129,7 +145,7 @@ struct LayerSet {
 
     /// Makes every name of a group or caster legal in EXR channel names with all prefixes and
     /// suffixes ([A-Za-z0-9_], not numeric, not a reserved word of the mixer) and unique. Groups
-    /// have at most 21 bytes, less with clamps or casters. Call once before making a film.
+    /// have at most 21 bytes, less with clamps, casters or lobes. Call once before making a film.
     void normalize_names();
 
     std::string to_json() const;
@@ -161,6 +177,14 @@ class AccumulatorTable {
 
     uint32_t matrix(int column, int group) const {
         return matrix_ == absent ? absent : matrix_ + uint32_t(column * groups_ + group);
+    }
+
+    /// Emission alone has column 0, and no other column has it.
+    uint32_t lobe_matrix(int column, int group, size_t lobe) const {
+        return lobe_matrix_ == absent
+                   ? absent
+                   : lobe_matrix_ +
+                         uint32_t((size_t(column) * groups_ + size_t(group)) * lobes_ + lobe);
     }
 
     uint32_t bounce(int column) const {
@@ -209,10 +233,10 @@ class AccumulatorTable {
     uint32_t total_count() const { return 2 * count_; }
 
   private:
-    uint32_t groups_ = 0, casters_ = 0, count_ = 0;
-    uint32_t albedo_ = absent, matrix_ = absent, bounces_ = absent, all_ = absent, direct_ = absent,
-             unoccluded_ = absent, taken_ = absent, paths_ = absent, unoccluded_paths_ = absent,
-             clamped_ = absent;
+    uint32_t groups_ = 0, casters_ = 0, lobes_ = 0, count_ = 0;
+    uint32_t albedo_ = absent, lobe_matrix_ = absent, matrix_ = absent, bounces_ = absent,
+             all_ = absent, direct_ = absent, unoccluded_ = absent, taken_ = absent,
+             paths_ = absent, unoccluded_paths_ = absent, clamped_ = absent;
     std::vector<uint32_t> named_data_;
     bool halves_ = false;
 };

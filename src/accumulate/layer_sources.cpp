@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include <cstring>
+
 namespace velatura::accumulate {
 
 namespace {
@@ -20,12 +22,76 @@ std::string column_events(const LayerSet& set, int column) {
     return column == 1 ? "C." : fmt::format("C.{{{}}}", column);
 }
 
+/// The events up to the first scattering of an expression that ends in any others and any light.
+std::string first_events(const std::string& expression) {
+    std::string events = expression;
+    for (const char* end : {"[LOB]", ".*"})
+        if (events.ends_with(end)) events.resize(events.size() - std::strlen(end));
+    return events;
+}
+
+std::string lobe_events(const LayerSet& set, const PathLayer& lobe, int column) {
+    const std::string first = first_events(lobe.expression);
+    if (column > set.last_bounce && column > 1)
+        return fmt::format("{}.{{{},}}", first, set.last_bounce);
+    if (column > set.last_bounce) return first + ".*";
+    return column <= 1 ? first : fmt::format("{}.{{{}}}", first, column - 1);
+}
+
+bool has_lobe(int column, const PathLayer& lobe) {
+    return (column == 0) == (lobe.lobe == emission_lobe);
+}
+
+/// What a column of a group is the sum of.
+std::vector<uint32_t> cells(const LayerSet& set, const AccumulatorTable& table, int column, int g) {
+    if (!set.has_lobe_matrix()) return {table.matrix(column, g)};
+    const std::vector<size_t> lobes = set.lobes();
+    std::vector<uint32_t> list;
+    for (size_t l = 0; l < lobes.size(); ++l)
+        if (has_lobe(column, set.path_layers[lobes[l]]))
+            list.push_back(table.lobe_matrix(column, g, l));
+    return list;
+}
+
+void add_cells(const LayerSet& set,
+               const AccumulatorTable& table,
+               int column,
+               int g,
+               std::vector<uint32_t>& to) {
+    const std::vector<uint32_t> more = cells(set, table, column, g);
+    to.insert(to.end(), more.begin(), more.end());
+}
+
 /// What arrived of a group's direct light.
 uint32_t direct(const AccumulatorTable& table, int g) {
     return table.direct(g) != AccumulatorTable::absent ? table.direct(g) : table.matrix(1, g);
 }
 
 }  // namespace
+
+std::vector<LayerSource> lobe_matrix_sources(const LayerSet& set, const AccumulatorTable& table) {
+    const std::vector<size_t> lobes = set.lobes();
+    std::vector<LayerSource> list;
+    for (int c = 0; c < set.bounce_count(); ++c) {
+        for (int g = 0; g < set.group_count(); ++g) {
+            for (size_t l = 0; l < lobes.size(); ++l) {
+                const PathLayer& lobe = set.path_layers[lobes[l]];
+                if (!has_lobe(c, lobe)) continue;
+                LayerSource s;
+                s.entry.bounce = set.column_name(c);
+                s.entry.group = set.groups[size_t(g)].name;
+                s.entry.lobe = lobe.lobe;
+                s.entry.name = fmt::format("{}_{}_{}", s.entry.bounce, s.entry.group, s.entry.lobe);
+                s.entry.lpe = group_lpe(lobe_events(set, lobe, c), set, g);
+                s.plus = {table.lobe_matrix(c, g, l)};
+                s.can_be_omitted = true;
+                s.is_clamped = set.has_clamp();
+                list.push_back(std::move(s));
+            }
+        }
+    }
+    return list;
+}
 
 std::vector<LayerSource> matrix_sources(const LayerSet& set, const AccumulatorTable& table) {
     std::vector<LayerSource> list;
@@ -36,7 +102,7 @@ std::vector<LayerSource> matrix_sources(const LayerSet& set, const AccumulatorTa
             s.entry.group = set.groups[size_t(g)].name;
             s.entry.name = s.entry.bounce + "_" + s.entry.group;
             s.entry.lpe = group_lpe(column_events(set, c), set, g);
-            s.plus = {table.matrix(c, g)};
+            s.plus = cells(set, table, c, g);
             s.can_be_omitted = true;
             s.is_clamped = set.has_clamp();
             list.push_back(std::move(s));
@@ -51,8 +117,8 @@ std::vector<LayerSource> bounce_sources(const LayerSet& set, const AccumulatorTa
         LayerSource s;
         s.entry.name = s.entry.bounce = set.column_name(c);
         s.entry.lpe = column_events(set, c) + "[LOB]";
-        if (set.matrix_layers) {
-            for (int g = 0; g < set.group_count(); ++g) s.plus.push_back(table.matrix(c, g));
+        if (set.has_cells()) {
+            for (int g = 0; g < set.group_count(); ++g) add_cells(set, table, c, g, s.plus);
         } else {
             s.plus = {table.bounce(c)};
         }
@@ -69,8 +135,8 @@ std::vector<LayerSource> group_sources(const LayerSet& set, const AccumulatorTab
         s.entry.group = set.groups[size_t(g)].name;
         s.entry.name = "C_" + s.entry.group;
         s.entry.lpe = group_lpe("C.*", set, g);
-        if (set.matrix_layers) {
-            for (int c = 0; c < set.bounce_count(); ++c) s.plus.push_back(table.matrix(c, g));
+        if (set.has_cells()) {
+            for (int c = 0; c < set.bounce_count(); ++c) add_cells(set, table, c, g, s.plus);
         } else {
             s.plus = {table.group(g)};
         }

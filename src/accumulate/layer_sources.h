@@ -19,13 +19,16 @@ struct LayerSource {
     bool can_be_omitted = false;  ///< not stored when zero everywhere
 };
 
-/// b<k>_<group>, tail_<group>.
+/// b0_<group>_emission, b<k>_<group>_<lobe>, tail_<group>_<lobe>.
+std::vector<LayerSource> lobe_matrix_sources(const LayerSet& set, const AccumulatorTable& table);
+
+/// b<k>_<group>, tail_<group>; from the lobe matrix where there is one.
 std::vector<LayerSource> matrix_sources(const LayerSet& set, const AccumulatorTable& table);
 
-/// b0 … tail; from the matrix where there is one.
+/// b0 … tail; from a matrix where there is one.
 std::vector<LayerSource> bounce_sources(const LayerSet& set, const AccumulatorTable& table);
 
-/// C_<group>; from the matrix where there is one.
+/// C_<group>; from a matrix where there is one.
 std::vector<LayerSource> group_sources(const LayerSet& set, const AccumulatorTable& table);
 
 /// The expression with the prefix that says which light is meant.

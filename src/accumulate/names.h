@@ -16,6 +16,9 @@ inline constexpr size_t max_group_name_bytes = 21;
 inline constexpr size_t max_group_name_bytes_beside_clamps = 15;
 /// Group and caster together, with `S_` before, `_` between and `_hA.R` behind.
 inline constexpr size_t max_group_name_bytes_beside_casters = 11, max_caster_name_bytes = 12;
+/// With `tail_` before, and `_subsurface` or `_emission` and `_hA.R` behind; with `clamp_`, too.
+inline constexpr size_t max_group_name_bytes_beside_lobes = 10,
+                        max_group_name_bytes_beside_clamped_lobes = 4;
 /// Of surfaces that emit; no light is called so.
 inline constexpr const char* emissive_group = "emissive";
 /// Of what no named caster took.

@@ -92,11 +92,12 @@ Result<DataRequest> parse_data_request(const std::string& text) {
     }
     const bool is_named = text.find('=') == std::string::npos || !request.name.empty();
     if (usual.empty() || !is_named)
-        return Error{"usage",
-                     fmt::format("unknown layer \"{}\"; expected bounce, light, matrix, shadow, "
-                                 "caster, lobe, data, none, or a data layer [NAME=]SOURCE[:FILTER] "
-                                 "of {}; filters: average, closest, min, max",
-                                 text, data_sources_text())};
+        return Error{
+            "usage",
+            fmt::format("unknown layer \"{}\"; expected bounce, light, matrix, shadow, "
+                        "caster, lobe, lobe-matrix, data, none, or a data layer "
+                        "[NAME=]SOURCE[:FILTER] of {}; filters: average, closest, min, max",
+                        text, data_sources_text())};
     if (request.name.empty()) {
         request.name = legal(usual);
         const bool has_filter = request.filter && *request.filter != DataFilter::Average;

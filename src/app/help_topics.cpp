@@ -20,8 +20,9 @@ A render is stored as additive layers. They sum to the beauty, bit for bit.
   albedo N P Z ... data of the first surface
 
 --layers chooses the sets: bounce, light, matrix, shadow, data are the default; caster adds
-shadows per shadow caster, lobe adds diffuse, specular, transmission and others; none stores
-the beauty alone.
+shadows per shadow caster, lobe adds diffuse, specular, transmission and others; lobe-matrix
+stores b1_GROUP_specular and so on: light, bounce and lobe, each with a fader in the mixer;
+none stores the beauty alone.
 
   velatura render shot.usda -o shot.exr --bounces 2 --lights per-light
   velatura render shot.usda -o shot.exr --layers bounce,light --float-layers

@@ -30,7 +30,10 @@ LayerCounts layer_counts(const film::LayerSet& l) {
     if (l.matrix_layers) n.as_chosen += groups * columns;
     if (l.bounce_layers) n.as_chosen += columns;
     if (l.group_layers) n.as_chosen += groups;
-    n.as_chosen += int(l.path_layers.size());
+    const int lobes = int(l.lobes().size());
+    // Emission is of bounce 0 alone, the others of all later ones
+    if (lobes > 0) n.as_chosen += groups * (1 + (columns - 1) * (lobes - 1));
+    n.as_chosen += int(l.path_layers.size()) - lobes;
     // Of each of these there may be one that a clamp touched
     if (l.has_clamp()) n.as_float += n.as_chosen;
     if (l.shadow_layers) n.as_chosen += groups;
@@ -99,7 +102,18 @@ constexpr Saving savings[] = {
     {"matrix of --layers", [](film::LayerSet& l) { l.matrix_layers = false; }},
     {"shadow (with caster) of --layers",
      [](film::LayerSet& l) { l.shadow_layers = l.caster_layers = false; }},
-    {"lobe of --layers and --lpe", [](film::LayerSet& l) { l.path_layers.clear(); }},
+    {"lobe-matrix of --layers",
+     [](film::LayerSet& l) {
+         std::erase_if(l.path_layers, [](const accumulate::PathLayer& p) {
+             return p.family == accumulate::lobe_matrix_family;
+         });
+     }},
+    {"lobe of --layers and --lpe",
+     [](film::LayerSet& l) {
+         std::erase_if(l.path_layers, [](const accumulate::PathLayer& p) {
+             return p.family != accumulate::lobe_matrix_family;
+         });
+     }},
     {"bounces past --bounces 2",
      [](film::LayerSet& l) { l.last_bounce = std::min(l.last_bounce, 2); }},
     {"--cryptomatte", [](film::LayerSet& l) { l.mattes.fill(false); }},

@@ -200,8 +200,8 @@ void declare_layer_options(Command layers, RenderArguments& a) {
     layers
         .add_option(
             "--layers", a.layers,
-            "AOV sets, of bounce, light, matrix, shadow, caster, lobe, data, or none; and data "
-            "layers as [NAME=]SOURCE[:FILTER], e.g. Neye, primvar:Pref, Z:min, motion")
+            "AOV sets, of bounce, light, matrix, shadow, caster, lobe, lobe-matrix, data, or none; "
+            "and data layers as [NAME=]SOURCE[:FILTER], e.g. Neye, primvar:Pref, Z:min, motion")
         .type_name("LIST")
         .common();
     layers

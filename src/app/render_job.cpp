@@ -169,17 +169,18 @@ Result<void> choose_layers(const RenderArguments& a, RenderJob& job) {
         layers.caster_layers = layers.data_layers = false;
     if (a.clamp_direct) layers.clamp_direct = float(*a.clamp_direct);
     if (a.clamp_indirect) layers.clamp_indirect = float(*a.clamp_indirect);
-    bool has_lobes = false;
+    bool has_lobes = false, has_lobe_matrix = false;
     for (const std::string& family : split(a.layers, ',')) {
         if (family == "none") continue;
-        bool* flag = family == "bounce"   ? &layers.bounce_layers
-                     : family == "light"  ? &layers.group_layers
-                     : family == "matrix" ? &layers.matrix_layers
-                     : family == "shadow" ? &layers.shadow_layers
-                     : family == "caster" ? &layers.caster_layers
-                     : family == "lobe"   ? &has_lobes
-                     : family == "data"   ? &layers.data_layers
-                                          : nullptr;
+        bool* flag = family == "bounce"                         ? &layers.bounce_layers
+                     : family == "light"                        ? &layers.group_layers
+                     : family == "matrix"                       ? &layers.matrix_layers
+                     : family == "shadow"                       ? &layers.shadow_layers
+                     : family == "caster"                       ? &layers.caster_layers
+                     : family == "lobe"                         ? &has_lobes
+                     : family == accumulate::lobe_matrix_family ? &has_lobe_matrix
+                     : family == "data"                         ? &layers.data_layers
+                                                                : nullptr;
         if (flag) {
             *flag = true;
             continue;
@@ -189,6 +190,9 @@ Result<void> choose_layers(const RenderArguments& a, RenderJob& job) {
         job.data.push_back(*std::move(request));
     }
     if (has_lobes) layers.path_layers = film::lobe_layers();
+    if (has_lobe_matrix)
+        for (accumulate::PathLayer& lobe : film::lobes_of_matrix())
+            layers.path_layers.push_back(std::move(lobe));
     layers.has_strict_paths = a.strict_lpe;
     if (!a.casters.empty() && !layers.caster_layers)
         return usage("--casters needs caster in --layers");

@@ -61,6 +61,7 @@ std::map<std::string, std::string> stored_layers(const film::LayerSet& set) {
         if (!is_stored) return;
         for (const accumulate::LayerSource& s : sources) names.emplace(s.entry.name, s.entry.lpe);
     };
+    add(set.has_lobe_matrix(), accumulate::lobe_matrix_sources(set, table));
     add(set.matrix_layers, accumulate::matrix_sources(set, table));
     add(set.bounce_layers, accumulate::bounce_sources(set, table));
     add(set.group_layers, accumulate::group_sources(set, table));

@@ -11,15 +11,20 @@
 
 namespace velatura::film {
 
+namespace {
+
+constexpr std::array<std::pair<const char*, const char*>, 6> lobes = {{
+    {"diffuse", "<RD'diffuse'>"},
+    {"specular", "<R.'specular'>"},
+    {"coat", "<R.'coat'>"},
+    {"transmit", "T"},
+    {"subsurface", "<RD'subsurface'>"},
+    {"volume", "V"},
+}};
+
+}  // namespace
+
 std::vector<accumulate::PathLayer> lobe_layers() {
-    constexpr std::array<std::pair<const char*, const char*>, 6> lobes = {{
-        {"diffuse", "<RD'diffuse'>"},
-        {"specular", "<R.'specular'>"},
-        {"coat", "<R.'coat'>"},
-        {"transmit", "T"},
-        {"subsurface", "<RD'subsurface'>"},
-        {"volume", "V"},
-    }};
     // Half images of what clamps took have names, too
     for (const auto& [name, event] : lobes)
         VELATURA_CHECK(fmt::format("clamp_{}_indirect_hA.R", name).size() <=
@@ -33,6 +38,18 @@ std::vector<accumulate::PathLayer> lobe_layers() {
         layers.push_back({fmt::format("{}_indirect", name), fmt::format("C{}.+[LOB]", event),
                           Light::Arriving, "lobes"});
     }
+    return layers;
+}
+
+std::vector<accumulate::PathLayer> lobes_of_matrix() {
+    using Light = accumulate::PathLayer::Light;
+    const auto make = [](const char* lobe, const std::string& expression) {
+        return accumulate::PathLayer{lobe, expression, Light::Arriving,
+                                     accumulate::lobe_matrix_family, lobe};
+    };
+    std::vector<accumulate::PathLayer> layers = {make(accumulate::emission_lobe, "C[LOB]")};
+    for (const auto& [name, event] : lobes)
+        layers.push_back(make(name, fmt::format("C{}.*[LOB]", event)));
     return layers;
 }
 

@@ -11,4 +11,7 @@ namespace velatura::film {
 /// beauty. Names are Arnold's words where it has one.
 std::vector<accumulate::PathLayer> lobe_layers();
 
+/// The lobes of the lobe matrix: the same, and emission, without regard to bounces.
+std::vector<accumulate::PathLayer> lobes_of_matrix();
+
 }  // namespace velatura::film

@@ -61,15 +61,17 @@ SampleRadiance::SampleRadiance(const LayerSet& set)
       path_layers_(set.path_layers),
       labels_(make_labels(set)),
       last_bounce_(set.last_bounce),
-      matrix_(set.matrix_layers),
-      bounces_(set.bounce_layers && !set.matrix_layers),
-      groups_(set.group_layers && !set.matrix_layers),
+      matrix_(set.matrix_layers && !set.has_lobe_matrix()),
+      bounces_(set.bounce_layers && !set.has_cells()),
+      groups_(set.group_layers && !set.has_cells()),
       direct_(table_.direct(0) != accumulate::AccumulatorTable::absent),
       clamps_(set.has_clamp()),
       clamp_direct_(set.clamp_direct),
       clamp_indirect_(set.clamp_indirect),
       values_(table_.count()) {
     data.resize(set.named_data.size());
+    lobe_of_.assign(path_layers_.size(), scene::none);
+    for (uint32_t lobe = 0; const size_t layer : set.lobes()) lobe_of_[layer] = lobe++;
     if (!set.has_catcher_data()) return;
     LayerSet by_groups;
     by_groups.groups = set.groups;
@@ -142,14 +144,23 @@ void SampleRadiance::add(int bounce, int group, const Rgb& radiance, float share
     if (bounces_) deposit_light(table_.bounce(column), value, clamped);
     if (groups_) deposit_light(table_.group(group), value, clamped);
     if (direct_ && bounce == 1) deposit(table_.direct(group), value);
-    if (labels_) deposit_paths(group, value, clamped);
+    if (labels_) deposit_paths(column, group, value, clamped);
 }
 
-void SampleRadiance::deposit_paths(int group, const accumulate::Triple& v, double clamped_share) {
+void SampleRadiance::deposit_paths(int column,
+                                   int group,
+                                   const accumulate::Triple& v,
+                                   double clamped_share) {
     scene::count_call(scene::Effect::PathLayers);
     using Light = accumulate::PathLayer::Light;
     for (const auto& [state, part] : labels_->parts()) {
         for (const uint16_t layer : labels_->automaton().layers_of(state, group)) {
+            if (const uint32_t lobe = lobe_of_[layer]; lobe != scene::none) {
+                // Emission of a path that scattered is no emission seen directly, and has a lobe
+                deposit_light(table_.lobe_matrix(column, group, lobe), product(v, part),
+                              clamped_share);
+                continue;
+            }
             const Light light = path_layers_[layer].light;
             // Clamps leave what is made of light without shadows as it is
             if (light != Light::Unoccluded)

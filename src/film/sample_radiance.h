@@ -143,11 +143,15 @@ class SampleRadiance {
                        const accumulate::Triple& radiance,
                        double clamped_share);
 
-    void deposit_paths(int group, const accumulate::Triple& radiance, double clamped_share);
+    void deposit_paths(int column,
+                       int group,
+                       const accumulate::Triple& radiance,
+                       double clamped_share);
     void deposit_unoccluded_paths(int group, const accumulate::Triple& radiance);
 
     accumulate::AccumulatorTable table_;
     std::vector<accumulate::PathLayer> path_layers_;
+    std::vector<uint32_t> lobe_of_;  ///< per path layer: of the lobe matrix, or none
     std::optional<PathLabels> labels_;
     int last_bounce_;
     bool matrix_, bounces_, groups_, direct_, clamps_;

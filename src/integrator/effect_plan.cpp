@@ -61,6 +61,18 @@ EffectEntry caustic_entry(const scene::Scene& scene, Caustics caustics) {
             1};
 }
 
+std::string path_layers_text(const film::LayerSet& layers) {
+    const size_t lobes = layers.lobes().size(), others = layers.path_layers.size() - lobes;
+    std::string text;
+    if (lobes > 0)
+        text = fmt::format("{} groups x {} columns x {} lobes", layers.groups.size(),
+                           layers.bounce_count(), lobes);
+    if (others > 0)
+        text +=
+            fmt::format("{}{} layers of light path expressions", text.empty() ? "" : ", ", others);
+    return text;
+}
+
 /// What the command line alone decides.
 void add_options(const PlanOptions& o, EffectPlan& plan) {
     const auto set = [&](Effect e, bool is_on, std::string why) {
@@ -85,8 +97,7 @@ void add_options(const PlanOptions& o, EffectPlan& plan) {
     set(Effect::ShadowLayers, l.wants_unoccluded(), fmt::format("{} groups", l.groups.size()));
     set(Effect::CasterLayers, l.caster_layers, fmt::format("{} casters", l.casters.size()));
     set(Effect::ClampLayers, l.has_clamp(), "--clamp-direct or --clamp-indirect");
-    set(Effect::PathLayers, !l.path_layers.empty(),
-        fmt::format("{} layers of light path expressions", l.path_layers.size()));
+    set(Effect::PathLayers, !l.path_layers.empty(), path_layers_text(l));
     std::string data =
         l.data_layers ? "albedo N P Z st primId instanceId sampleCount variance" : "";
     for (const accumulate::DataLayer& d : l.named_data) data += (data.empty() ? "" : " ") + d.name;

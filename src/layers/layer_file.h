@@ -65,7 +65,7 @@ struct FileInfo {
 struct WriteReport {
     std::vector<std::string> files;
     std::string sha256;          ///< of all pixel data
-    std::string closure_family;  ///< "matrix", "bounces", "groups" or "none"
+    std::string closure_family;  ///< "lobe-matrix", "matrix", "bounces", "groups" or "none"
     double closure_measured =
         0;  ///< largest |fold − independent beauty| in units of its bound, at most 1
     double closure_absolute = 0;  ///< largest |fold − independent beauty|

@@ -49,6 +49,7 @@ Json layers_json(const std::vector<accumulate::LayerEntry>& layers) {
         if (!e.lpe.empty()) l["lpe"] = e.lpe;
         if (!e.bounce.empty()) l["bounce"] = e.bounce;
         if (!e.group.empty()) l["group"] = e.group;
+        if (!e.lobe.empty()) l["lobe"] = e.lobe;
         if (!e.caster.empty()) l["caster"] = e.caster;
         if (!e.of.empty()) l["of"] = e.of;
         if (!e.source.empty()) l["source"] = e.source;
@@ -147,6 +148,7 @@ void parse_layers(const Json& j, LayerHeader& header) {
         e.lpe = l.value("lpe", "");
         e.bounce = l.value("bounce", "");
         e.group = l.value("group", "");
+        e.lobe = l.value("lobe", "");
         e.caster = l.value("caster", "");
         e.of = l.value("of", "");
         e.source = l.value("source", "");

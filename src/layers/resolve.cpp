@@ -350,6 +350,9 @@ void Resolver::store_clamp(const accumulate::LayerSource& source,
 ResolvedLayers Resolver::run() {
     out_.image.data = out_.image.display = window_;
     store_beauty();
+    if (set_.has_lobe_matrix())
+        store_family(accumulate::lobe_matrix_family, accumulate::lobe_matrix_sources(set_, table_),
+                     true);
     if (set_.matrix_layers) store_family("matrix", accumulate::matrix_sources(set_, table_), true);
     if (set_.bounce_layers) store_family("bounces", accumulate::bounce_sources(set_, table_), true);
     if (set_.group_layers) store_family("groups", accumulate::group_sources(set_, table_), true);

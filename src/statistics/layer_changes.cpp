@@ -24,8 +24,8 @@ std::vector<accumulate::LayerSource> sources_of(const accumulate::SampleSums& su
         sources.insert(sources.end(), std::make_move_iterator(more.begin()),
                        std::make_move_iterator(more.end()));
     };
-    if (set.bounce_layers || set.matrix_layers) add(accumulate::bounce_sources(set, sums.table()));
-    if (set.group_layers || set.matrix_layers) add(accumulate::group_sources(set, sums.table()));
+    if (set.bounce_layers || set.has_cells()) add(accumulate::bounce_sources(set, sums.table()));
+    if (set.group_layers || set.has_cells()) add(accumulate::group_sources(set, sums.table()));
     add(accumulate::path_sources(set, sums.table(), "lobes"));
     return sources;
 }

@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstdio>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -196,6 +197,94 @@ TEST_F(LightPathLayers, GiveEveryLayerByItsOwnExpression) {
                     << names[i];
             }
         }
+    }
+}
+
+/// Every cell by light, bounce and lobe is what its own expression picks, however light is found;
+/// its sums are the layers of coarser sets.
+TEST_F(LightPathLayers, GiveEveryCellOfTheLobeMatrixByItsOwnExpression) {
+    std::string scene = room(1, 1);
+    const std::string common = "--spp 12 --bounces 3 --float-layers ";
+    for (const std::string how :
+         {"", "--guiding on --splitting auto ", "--caustics light ", "--integrator naive ",
+          "--clamp-indirect 0.05 --clamp-direct 0.5 ", "--bounces 0 "}) {
+        SCOPED_TRACE(how);
+        const image::Image plain = render(scene, common + "--layers lobe-matrix " + how);
+        const Result<layers::LayerHeader> header = layers::read_layer_header(plain);
+        ASSERT_TRUE(header.has_value());
+        EXPECT_EQ(header->closure.front().family, "lobe-matrix");
+        std::string options;
+        std::vector<std::string> names;
+        for (const accumulate::LayerEntry& e : header->layers) {
+            if (e.lpe.empty() || e.name == "rgba" || e.is_empty) continue;
+            EXPECT_EQ(e.name, e.bounce + "_" + e.group + "_" + e.lobe);
+            options += fmt::format("--lpe \"x{}={}\" ", names.size(), e.lpe);
+            names.push_back(e.name);
+        }
+        ASSERT_GT(names.size(), how == "--bounces 0 " ? 8u : 20u);
+        const image::Image both = render(
+            scene, common + "--layers lobe-matrix,matrix,bounce,light,lobe " + how + options);
+        const image::Image coarse =
+            render(scene, common + "--layers matrix,bounce,light,lobe " + how);
+        for (size_t i = 0; i < names.size(); ++i) {
+            const std::vector<float> expected = layer(plain, names[i]),
+                                     with = layer(both, names[i]),
+                                     by_paths = layer(both, fmt::format("x{}", i));
+            for (size_t k = 0; k < expected.size(); ++k) {
+                ASSERT_EQ(std::bit_cast<uint32_t>(with[k]), std::bit_cast<uint32_t>(expected[k]))
+                    << names[i] << " changed by being looked at";
+                ASSERT_NEAR(by_paths[k], expected[k], 3e-7f * std::abs(expected[k]) + 1e-9f)
+                    << names[i];
+            }
+        }
+        const Result<layers::LayerHeader> of_coarse = layers::read_layer_header(coarse);
+        ASSERT_TRUE(of_coarse.has_value());
+        for (const accumulate::LayerEntry& e : of_coarse->layers) {
+            if (!e.in_sum && e.family != "bounces" && e.family != "groups") continue;
+            const std::vector<float> expected = layer(coarse, e.name), sum = layer(both, e.name);
+            for (size_t k = 0; k < expected.size(); ++k)
+                ASSERT_NEAR(sum[k], expected[k], 1e-6f * std::abs(expected[k]) + 1e-9f) << e.name;
+        }
+    }
+}
+
+/// Against other renders: of one lobe, by a light that has light for no other, and of one light.
+TEST_F(LightPathLayers, CellsOfTheLobeMatrixAreRendersOfOneLightAndOneLobe) {
+    const std::string how =
+        "--spp 64 --adaptive off --splitting off --guiding off --caustics path "
+        "--roulette throughput --bounces 2 --float-layers --halves --layers lobe-matrix";
+    const auto with = [&](double diffuse, double specular, bool has_sky) {
+        std::string scene = room(diffuse, specular);
+        if (!has_sky) scene.replace(scene.find("intensity = 0.2"), 15, "intensity = 0.0");
+        return render(scene, how);
+    };
+    const image::Image all = with(1, 1, true), no_sky = with(1, 1, false),
+                       specular = with(0, 1, false);
+    const std::vector<float> diffuse = layer(specular, "b1_key_diffuse");
+    EXPECT_TRUE(std::all_of(diffuse.begin(), diffuse.end(), [](float v) { return v == 0.0f; }));
+    for (const char* lobe : {"specular", "coat"}) {
+        const std::string name = std::string("b1_key_") + lobe;
+        expect_same(layer(specular, name), layer(no_sky, name), 1, name + " alone");
+    }
+    // With the sky the same light is found by other random numbers: z-scores of the sums over the
+    // image, whose errors the half images tell
+    for (const std::string name : {"b1_key_diffuse", "b1_key_specular", "b2_key_diffuse"}) {
+        const auto total = [&](const image::Image& image, double& variance) {
+            double sum = 0;
+            const std::vector<float> whole = layer(image, name), a = layer(image, name + "_hA"),
+                                     b = layer(image, name + "_hB");
+            for (size_t i = 0; i < whole.size(); ++i) {
+                sum += double(whole[i]);
+                variance += 0.25 * double(a[i] - b[i]) * double(a[i] - b[i]);
+            }
+            return sum;
+        };
+        double variance = 0;
+        const double a = total(all, variance), b = total(no_sky, variance);
+        EXPECT_GT(b, 1.0) << name;
+        EXPECT_LT(std::abs(a - b), 4 * std::sqrt(variance)) << name << ": " << a << ", " << b;
+        std::printf("%s: the smallest difference that is found is %.2f %%\n", name.c_str(),
+                    100 * 4 * std::sqrt(variance) / b);
     }
 }
 

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <limits>
 
 namespace velatura::film {
@@ -31,6 +32,25 @@ struct TemporaryFolder {
 
 float uniform(uint64_t key) {
     return float(mix64(key) >> 40) * 0x1p-24f;
+}
+
+/// The path scattered so often: by a lobe that is a function of the key, by two at once half of the
+/// time.
+void scatter(PathLabels& labels, int times, uint64_t key) {
+    constexpr PathEvent events[] = {PathEvent::Diffuse,    PathEvent::Glossy,
+                                    PathEvent::MirrorCoat, PathEvent::Refraction,
+                                    PathEvent::Subsurface, PathEvent::Volume};
+    labels.begin();
+    for (int i = 0; i < times; ++i) {
+        const uint64_t k = hash_combine(key, uint64_t(i));
+        EventShares shares;
+        const double part = k % 2 == 0 ? 1.0 : double(uniform(k));
+        shares.add(events[k % std::size(events)], {part, part, part});
+        if (part < 1.0)
+            shares.add(events[(k / 7) % std::size(events)], {1 - part, 1 - part, 1 - part});
+        labels.look(shares);
+        labels.go();
+    }
 }
 
 }  // namespace
@@ -92,6 +112,7 @@ void fill_sample(SampleRadiance& s, int x, int y, uint64_t index) {
             const uint64_t k = hash_combine(key, uint64_t(bounce * 4 + group));
             if (bounce == 1) s.add_unoccluded(group, Rgb(2.0f, 1.5f, 1.0f + uniform(k)));
             if (uniform(k) < 0.6f) continue;
+            if (PathLabels* labels = s.labels()) scatter(*labels, bounce, k);
             // Heavy tails, as path tracing has them
             const float size = std::pow(10.0f, 6.0f * uniform(k + 1) - 4.0f);
             s.add(bounce, group, Rgb(size, size * uniform(k + 2), size * uniform(k + 3)));

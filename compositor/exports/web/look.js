@@ -185,8 +185,8 @@ class Look {
 
   // Of each cell, three factors.
   cellGains() {
-    const {columns, groups, targets} = this.data;
-    const gains = new Float32Array(3 * columns * groups).fill(1);
+    const {cells, targets} = this.data;
+    const gains = new Float32Array(3 * cells).fill(1);
     const solos = new Set();
     for (const c of this.controls) {
       if (!['gain', 'tint', 'kelvin', 'mute', 'solo'].includes(c.do) || this.isShadowWord(c)) continue;
@@ -199,7 +199,7 @@ class Look {
       }
     }
     if (this.isSoloing) {
-      for (let cell = 0; cell < columns * groups; ++cell) {
+      for (let cell = 0; cell < cells; ++cell) {
         if (!solos.has(cell)) gains.fill(0, 3 * cell, 3 * cell + 3);
       }
     }
@@ -225,20 +225,10 @@ class Look {
 
   // The first family of the page that can express the gains; null: none.
   family(gains) {
-    const {columns, groups, families} = this.data;
     const same = (a, b) => [0, 1, 2].every(k => gains[3 * a + k] === gains[3 * b + k]);
-    let isEvenOverBounces = true, isEvenOverGroups = true;
-    for (let b = 0; b < columns; ++b) {
-      for (let g = 0; g < groups; ++g) {
-        isEvenOverBounces = isEvenOverBounces && same(b * groups + g, g);
-        isEvenOverGroups = isEvenOverGroups && same(b * groups + g, b * groups);
-      }
-    }
-    const canExpress = {
-      matrix: true, plain: true, bounces: isEvenOverGroups, groups: isEvenOverBounces,
-      beauty: isEvenOverBounces && isEvenOverGroups,
-    };
-    return families.find(f => canExpress[f.name]) || null;
+    // All light of a layer has one gain
+    const canExpress = family => family.terms.every(t => t.cells.every(cell => same(cell, t.cells[0])));
+    return this.data.families.find(canExpress) || null;
   }
 
   // Of each plane, three factors; null where the page has no layers for it.
@@ -248,7 +238,7 @@ class Look {
     if (!family) return null;
     const exposure = fround(2 ** this.exposure);
     const gains = new Float32Array(3 * planeCount);
-    for (const {plane, cell} of family.terms) {
+    for (const {plane, cells: [cell]} of family.terms) {
       for (let k = 0; k < 3; ++k) {
         let gain = cells[3 * cell + k];
         // A row counts by how much it differs from the rest, which is the beauty's gain

@@ -142,9 +142,11 @@ class App {
     };
     // Faders of what the page has layers of; `all` works with any
     const has = names => data.families.some(f => names.includes(f.name));
-    const hasLights = has(['matrix', 'groups', 'plain']), hasBounces = has(['matrix', 'bounces']);
+    const cells = ['lobe-matrix', 'matrix'];
+    const hasLights = has([...cells, 'groups', 'plain']), hasBounces = has([...cells, 'bounces']);
     stopsPage('Lights', data.lights.filter(row => hasLights || row.name === 'all'));
     stopsPage('Bounces', data.bounces.filter(() => hasBounces).map(row => ({...row, hint: hint(row.name)})));
+    stopsPage('Lobes', data.lobes.filter(() => has(['lobe-matrix'])));
     if (data.grid.groups.length > 0 && data.grid.columns.length > 0) {
       const grid = new Grid(this, data.grid);
       const note = element('p', {class: 'note'}, 'Stops of each bounce of each light. Arrow keys: a quarter stop.');
@@ -192,10 +194,10 @@ class App {
   }
 
   hasRow(kind, name) {
-    const {lights, bounces, grid, shadows, casters} = this.data;
+    const {lights, bounces, lobes, grid, shadows, casters} = this.data;
     if (kind === 'shadow') return shadows.some(r => r.name === name);
     if (kind === 'caster') return casters.some(r => r.name === name);
-    if ([...lights, ...bounces].some(r => r.name === name)) return true;
+    if ([...lights, ...bounces, ...lobes].some(r => r.name === name)) return true;
     const colon = name.lastIndexOf(':');
     return colon > 0 && (kind === 'gain' || kind === 'mute') && grid.groups.includes(name.slice(0, colon)) &&
            grid.columns.includes(name.slice(colon + 1));
@@ -216,20 +218,13 @@ class App {
 
   // Planes whose sum is what a row stands for.
   planesOf(cells) {
-    const {columns, groups, families} = this.data, has = new Set(cells);
-    const all = count => [...Array(count).keys()];
-    // A family of lights has what stands for all bounces of a light, and the other way around
-    const canHold = {
-      groups: cell => all(columns).every(b => has.has(b * groups + cell % groups)),
-      bounces: cell => all(groups).every(g => has.has(cell - cell % groups + g)),
-      matrix: cell => has.has(cell),
-      plain: cell => has.has(cell),
-      beauty: () => has.size === columns * groups,
-    };
-    for (const family of families) {
+    const has = new Set(cells);
+    for (const family of this.data.families) {
       // The beauty holds all rows of another renderer
-      if (family.rest !== undefined && has.size === columns * groups) return [family.terms[0].plane];
-      const terms = family.terms.filter((t, i) => canHold[family.name](t.cell) && (family.rest === undefined || i > 0));
+      if (family.rest !== undefined && has.size === this.data.cells) return [family.terms[0].plane];
+      // A family of lights has what stands for all bounces of a light, and the other way around
+      const terms = family.terms.filter(
+        (t, i) => t.cells.every(cell => has.has(cell)) && (family.rest === undefined || i > 0));
       if (terms.length > 0) return terms.map(t => t.plane);
     }
     return [];

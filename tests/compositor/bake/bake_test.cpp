@@ -4,6 +4,7 @@
 #include "compositor/bake/bake_layer.h"
 #include "compositor/mix/mix_plan.h"
 #include "compositor/test_stack.h"
+#include "film/lobe_layers.h"
 
 #include <gtest/gtest.h>
 
@@ -26,9 +27,10 @@ layers::LightValues light(const std::string& path, double intensity, double expo
 }
 
 /// The made-up film with values for its lights, `FillB` animated and `Sky` below an instance.
-LayerStack make_stack(bool has_values = true, double key_intensity = 3) {
+LayerStack make_stack(bool has_values = true, double key_intensity = 3, bool has_lobes = false) {
     film::LayerSet set = film::test_layer_set();
     set.matrix_layers = true;
+    if (has_lobes) set.path_layers = film::lobes_of_matrix();
     film::Film film({0, 0, 8, 8}, set);
     film::render(film, 0, 4);
     film::FileInfo info;
@@ -278,6 +280,19 @@ TEST(BakeLook, NamesWhatItLeaves) {
     const auto unknown = bake_look(make_stack(), look_of({{Gain, "moon=2"}}));
     ASSERT_FALSE(unknown.has_value());
     EXPECT_EQ(unknown.error().code, "unknown-name");
+}
+
+/// Lights have one strength for all lobes.
+TEST(BakeLook, WhatIsOfOneLobeIsLeft) {
+    const auto bake = bake_look(
+        make_stack(true, 3, true),
+        look_of({{Gain, "key=2"}, {Gain, "key:specular=3"}, {Mute, "coat"}, {Mute, "off:b2"}}));
+    ASSERT_TRUE(bake.has_value()) << bake.error().message;
+    EXPECT_EQ(bake->left.size(), 3u);
+    for (const std::string& left : bake->left)
+        EXPECT_NE(left.find("no gain per bounce or lobe"), std::string::npos) << left;
+    ASSERT_EQ(bake->baked.controls.size(), 1u);
+    EXPECT_EQ(bake->baked.controls[0].target, "key");
 }
 
 TEST(BakeLayer, IsOversAndComments) {
