@@ -10,6 +10,7 @@
 #include "compositor/mix/mix.h"
 #include "compositor/outcome.h"
 #include "compositor/test_stack.h"
+#include "film/lobe_layers.h"
 #include "image/display.h"
 #include "image/exr.h"
 #include "image/formats.h"
@@ -38,9 +39,10 @@ std::string file(const std::string& name) {
 
 /// 5 groups × (b0 b1 b2 tail) and shadows, of light that a display shows well: a film's made-up
 /// samples go from the smallest numbers to the largest.
-LayerStack made_stack(bool has_matrix = true) {
+LayerStack made_stack(bool has_matrix = true, bool has_lobes = false) {
     film::LayerSet set = film::test_layer_set();
     set.matrix_layers = has_matrix;
+    if (has_lobes) set.path_layers = film::lobes_of_matrix();
     set.shadow_layers = true;
     film::Film film({0, 0, 64, 48}, set);
     film::render(film, 0, 4);
@@ -296,6 +298,31 @@ TEST(WebPage, ChoosesTheLayersOfTheFaders) {
     EXPECT_EQ(both["families"].size(), 2u);
 }
 
+/// The fewest layers that the look can be turned with.
+TEST(WebPage, HasLobesWhereTheLookGainsThem) {
+    const LayerStack stack = made_stack(true, true), lobes_alone = made_stack(false, true);
+    const Look lobed = look_of({{Control::Kind::Gain, "key:specular=2"}});
+    const auto family_of = [](const LayerStack& of, const Look& look, WebOptions options = {}) {
+        const json data = data_of(page_of(of, look, std::move(options)));
+        return data["families"][0]["name"].get<std::string>();
+    };
+    EXPECT_EQ(family_of(stack, {}), "matrix");
+    EXPECT_EQ(family_of(stack, lobed), "lobe-matrix");
+    EXPECT_EQ(family_of(lobes_alone, {}), "lobe-matrix");
+    EXPECT_EQ(family_of(stack, {}, {.layers = "lobe-matrix", .title = {}}), "lobe-matrix");
+    const auto refused = web_page(stack, lobed, {.layers = "matrix", .title = {}});
+    ASSERT_FALSE(refused.has_value());
+    EXPECT_EQ(refused.error().code, "mix-not-stored");
+    const json data = data_of(page_of(stack, lobed));
+    EXPECT_EQ(data["lobes"].size(), 7u);
+    EXPECT_EQ(data["cells"], 4 * 5 * 7);
+    for (const json& term : data["families"][0]["terms"]) EXPECT_EQ(term["cells"].size(), 1u);
+    EXPECT_EQ(data["targets"]["cells"]["key:specular"].size(), 4u);
+    // A bounce of the coarser set has one cell per lobe
+    for (const json& term : data_of(page_of(stack))["families"][0]["terms"])
+        EXPECT_TRUE(term["cells"].size() == 1 || term["cells"].size() == 6) << term;
+}
+
 // In a browser
 
 bool has_browser() {
@@ -435,6 +462,38 @@ INSTANTIATE_TEST_SUITE_P(Views,
                                          std::tuple("ACES", ""),
                                          std::tuple("sRGB", "cpu"),
                                          std::tuple("ACES", "cpu")));
+
+TEST(WebPageOfLobes, IsMixedAsTheCommandDoes) {
+    if (!has_browser()) GTEST_SKIP() << "no Chromium or no Python on this machine";
+    const LayerStack stack = made_stack(false, true);
+    Look look = look_of({{Control::Kind::Gain, "key:specular=0.25"}});
+    look.view = "Raw";
+    const json answer = browse(page_of(stack, look), "--size 1200x800", R"JS(
+        const row = document.querySelector('[data-row="diffuse"]'), fader = row.querySelector('.fader');
+        fader.value = 1.5;
+        fader.dispatchEvent(new Event('input', {bubbles: true}));
+        fader.dispatchEvent(new Event('change', {bubbles: true}));
+        document.querySelector('[data-row="coat"] .mute').click();
+        await new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)));
+        const copy = document.createElement('canvas'), image = document.getElementById('image');
+        copy.width = image.width;
+        copy.height = image.height;
+        copy.getContext('2d').drawImage(image, 0, 0);
+        const rgba = copy.getContext('2d').getImageData(0, 0, copy.width, copy.height).data;
+        let text = '';
+        for (let i = 0; i < rgba.length; ++i) if (i % 4 < 3) text += String.fromCharCode(rgba[i]);
+        return {after: btoa(text), look: mixer.look.toJson()};
+    )JS");
+    ASSERT_TRUE(answer.is_object());
+    EXPECT_TRUE(answer["console"].empty()) << answer["console"];
+    const json& out = answer["results"][0];
+    const auto made = look_from_json(out["look"].get<std::string>());
+    ASSERT_TRUE(made.has_value()) << made.error().message;
+    EXPECT_EQ(made->controls.size(), 3u);
+    const std::vector<uint8_t> mixed = shown(stack, *made);
+    ASSERT_NE(mixed, shown(stack, look));
+    expect_shown(out["after"], mixed, 0);
+}
 
 TEST(WebPageOfOthers, IsMixedAsTheCommandDoes) {
     if (!has_browser()) GTEST_SKIP() << "no Chromium or no Python on this machine";
