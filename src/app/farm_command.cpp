@@ -159,6 +159,11 @@ Result<farm::Job> make_job(const SubmitArguments& a, const Command& command) {
     if (a.render.output.empty()) return Error{"usage", "-o FILE is required: the final image"};
     if (a.render.exr_layout == "split")
         return Error{"usage", "--exr-layout split cannot be used in a farm job"};
+    if (a.render.firefly_guard == "auto")
+        return Error{
+            "usage",
+            "--firefly-guard auto cannot be used in a farm job, whose pieces know their own "
+            "samples alone; --firefly-guard N: the samples per pixel of the whole image"};
     const Result<RenderJob> checked = make_render_job(a.render);
     if (!checked) return checked.error();
     if (!fs::exists(split_package_path(a.render.scene).front()))

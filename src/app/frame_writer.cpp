@@ -229,6 +229,10 @@ bool FrameWriter::write_stats(const MemoryNeeds& needs,
         stats["bounces"] = make_bounce_stats(*prepass.bounces, renderer_.layers().last_bounce);
         stats["phases_s"]["bounces"] = prepass.bounces->seconds;
     }
+    if (prepass.fireflies) {
+        stats["firefly_guard"] = make_firefly_stats(*prepass.fireflies);
+        stats["phases_s"]["firefly_guard"] = prepass.fireflies->seconds;
+    }
     stats["phases_s"]["write"] = write_s_;
     add_memory_stats(needs, stats["memory_bytes"]);
     stats["error"]["storage"] = written.storage_error;

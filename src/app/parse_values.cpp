@@ -92,6 +92,16 @@ Result<StoredBounces> parse_bounces(std::string_view text) {
     return bounces;
 }
 
+Result<GuardChoice> parse_guard(std::string_view text) {
+    if (text == "off") return GuardChoice{};
+    if (text == "auto") return GuardChoice{true, std::nullopt};
+    const std::optional<uint64_t> samples = number<uint64_t>(text);
+    if (!samples || *samples < 1)
+        return Error{"bad-guard",
+                     fmt::format("expected off, auto or samples per pixel, found \"{}\"", text)};
+    return GuardChoice{true, samples};
+}
+
 Result<size_t> parse_size(std::string_view text, size_t whole) {
     const Error bad{"bad-size", fmt::format("invalid size \"{}\"; expected a number with K, M, G, "
                                             "T, KiB, MiB, GiB, TiB or %, above 0",

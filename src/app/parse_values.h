@@ -21,6 +21,14 @@ Result<std::pair<uint64_t, uint64_t>> parse_sample_range(std::string_view text);
 /// 0.01 of "1%" or "0.01". Errors: "bad-fraction".
 Result<double> parse_fraction(std::string_view text);
 
+/// "off", "auto" or a number of samples per pixel from 1, of --firefly-guard. Errors: "bad-guard".
+struct GuardChoice {
+    bool is_on = false;
+    std::optional<uint64_t> samples;
+};
+
+Result<GuardChoice> parse_guard(std::string_view text);
+
 /// Of --bounces: b0 … b<last> are stored one by one.
 struct StoredBounces {
     int last = 6;

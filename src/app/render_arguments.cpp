@@ -157,6 +157,12 @@ void declare_quality_options(Command quality, RenderArguments& a) {
         .range(min_clamp, max_clamp)
         .default_text("off")
         .common();
+    quality
+        .add_option("--firefly-guard", a.firefly_guard,
+                    "Chooses --clamp-indirect by trial paths before the render (biased): the limit "
+                    "with the smallest error at the samples per pixel of the render, or at N")
+        .type_name("off|auto|N")
+        .common();
     quality.add_option("--filter", a.filter, "Pixel filter")
         .one_of({"box", "triangle", "gaussian", "blackman-harris", "mitchell"});
     quality.add_option("--seed", a.seed, "Random seed; another seed gives other noise")

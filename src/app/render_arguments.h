@@ -58,6 +58,7 @@ struct RenderArguments {
     bool deep = false;
     std::optional<int> deep_samples;
     std::optional<double> clamp_direct, clamp_indirect;  ///< radiance
+    std::string firefly_guard = "off";
     std::string exr_layout = "multipart";
     std::string exr_compression = "zip";
     std::string filter = "blackman-harris";

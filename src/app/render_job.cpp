@@ -13,6 +13,7 @@
 #include <array>
 #include <cctype>
 #include <charconv>
+#include <limits>
 
 namespace velatura::app {
 
@@ -253,6 +254,33 @@ Result<void> choose_samples(const RenderArguments& a, RenderJob& job) {
     return {};
 }
 
+/// After samples and target error were chosen.
+Result<void> choose_firefly_guard(const RenderArguments& a, RenderJob& job) {
+    const Result<GuardChoice> guard = parse_guard(a.firefly_guard);
+    if (!guard) return usage("--firefly-guard: " + guard.error().message);
+    if (!guard->is_on) return {};
+    if (a.clamp_indirect)
+        return usage("--firefly-guard chooses --clamp-indirect; remove one of them");
+    // Parts of one render need one limit
+    if (!a.samples.empty() && !a.spp && !guard->samples)
+        return usage(
+            "--firefly-guard auto with --samples needs the samples per pixel of the whole render: "
+            "--spp N, or --firefly-guard N");
+    const integrator::RenderOptions& schedule = job.settings.schedule;
+    integrator::FireflyGuard chosen;
+    if (guard->samples)
+        chosen.samples = double(*guard->samples);
+    else if (a.spp || !schedule.is_open_ended)
+        chosen.samples = double(a.spp ? *a.spp : schedule.end_sample);
+    else if (schedule.target_error > 0)
+        chosen.target_error = schedule.target_error;
+    else
+        chosen.samples = default_spp;
+    job.settings.firefly_guard = chosen;
+    job.settings.layers.clamp_indirect = std::numeric_limits<float>::max();
+    return {};
+}
+
 /// Parses an optional text option into a number; empty stays at the default.
 Result<void> parse_into(double& value,
                         const std::string& text,
@@ -359,6 +387,7 @@ Result<RenderJob> make_render_job(const RenderArguments& a) {
                                    parse_fraction);
         !ok)
         return ok.error();
+    if (const auto ok = choose_firefly_guard(a, job); !ok) return ok.error();
     if (const auto ok =
             parse_into(settings.schedule.forecast_error, a.forecast, "--forecast", parse_fraction);
         !ok)

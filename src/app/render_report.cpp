@@ -111,6 +111,7 @@ void report_prepass(const RenderJob& job,
     if (prepass.bounces)
         diagnostics.note("bounces", {}, {},
                          text_of(*prepass.bounces, renderer.layers().last_bounce));
+    if (prepass.fireflies) diagnostics.note("firefly-guard", {}, {}, text_of(*prepass.fireflies));
     note_light_tracing(job, renderer, diagnostics);
     if (renderer.caustics() && renderer.caustics()->is_empty())
         diagnostics.note("caustics", {}, {},

@@ -31,7 +31,10 @@ render::Settings render_settings(const RenderJob& job, const FrameInput& input) 
     if (MemoryLimit::is_set())
         settings.world.texture_bytes =
             std::min(settings.world.texture_bytes, MemoryLimit::left() / 4);
-    if (job.replay) settings.min_bounce_share.reset();
+    if (job.replay) {
+        settings.min_bounce_share.reset();
+        settings.firefly_guard.reset();
+    }
     return settings;
 }
 

@@ -195,6 +195,7 @@ std::string difference(const EarlierPart& earlier,
     if (earlier.sums.window() != window) return different_window(earlier.sums.window(), window);
     film::LayerSet layers = layers_of(job, input.scene);
     if (job.settings.min_bounce_share) layers.last_bounce = earlier.sums.layer_set().last_bounce;
+    if (job.settings.firefly_guard) layers.clamp_indirect = earlier.sums.layer_set().clamp_indirect;
     if (earlier.sums.layer_set() != layers) return "it stores other light layers";
     if (earlier.state.first_sample != job.settings.schedule.first_sample)
         return fmt::format("its samples start at {}, expected {}", earlier.state.first_sample,
@@ -205,9 +206,11 @@ std::string difference(const EarlierPart& earlier,
 render::Settings Continuation::applied_to(render::Settings settings) const {
     if (!earlier) return settings;
     settings.schedule.curve = earlier->state.curve;
-    // A render that goes on keeps the bounces of its file
+    // A render that goes on keeps the bounces and the limit of its file
     if (std::exchange(settings.min_bounce_share, std::nullopt))
         settings.layers.last_bounce = earlier->sums.layer_set().last_bounce;
+    if (std::exchange(settings.firefly_guard, std::nullopt))
+        settings.layers.clamp_indirect = earlier->sums.layer_set().clamp_indirect;
     return settings;
 }
 

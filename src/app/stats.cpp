@@ -15,6 +15,8 @@
 #include <unistd.h>
 
 #include <array>
+#include <cmath>
+#include <string>
 
 namespace velatura::app {
 
@@ -107,6 +109,17 @@ json make_light_tracing_stats(const integrator::LightTrial& trial, bool is_used)
             {"trial_rays", trial.rays.total()}};
 }
 
+json make_firefly_stats(const integrator::FireflyTrial& trial) {
+    json j;
+    if (std::isfinite(trial.limit)) j["limit"] = std::stod(fmt::format("{}", trial.limit));
+    j["samples"] = trial.samples;
+    j["error_without"] = trial.error_without;
+    j["error_with"] = trial.error_with;
+    j["bias"] = trial.bias;
+    j["trial_paths"] = trial.rays.paths;
+    return j;
+}
+
 json make_bounce_stats(const integrator::BounceTrial& trial, int last_bounce) {
     return {{"last", last_bounce}, {"shares", trial.shares}, {"trial_paths", trial.rays.paths}};
 }
@@ -147,11 +160,15 @@ json make_ledger(const RenderJob& job,
                           {"kind", "bias"},
                           {"effect", "indirect light is missing; not measured"}});
     }
-    if (job.settings.layers.has_clamp()) {
+    const film::LayerSet& layers = film.layer_set();
+    if (layers.has_clamp()) {
         json limits;
-        for (const auto& [name, limit] : {std::pair("direct", job.arguments.clamp_direct),
-                                          std::pair("indirect", job.arguments.clamp_indirect)})
-            if (limit) limits[name] = *limit;
+        const RenderArguments& a = job.arguments;
+        if (a.clamp_direct) limits["direct"] = *a.clamp_direct;
+        if (a.clamp_indirect)
+            limits["indirect"] = *a.clamp_indirect;
+        else if (std::isfinite(layers.clamp_indirect))
+            limits["indirect"] = std::stod(fmt::format("{}", layers.clamp_indirect));
         ledger.push_back(layers::clamp_entry(limits, film.sums()));
     }
     if (job.settings.tracer.filter == sampling::FilterKind::Mitchell) {

@@ -3,6 +3,7 @@
 
 #include "app/render_frame.h"
 #include "integrator/bounce_trial.h"
+#include "integrator/firefly_trial.h"
 #include "integrator/light_trial.h"
 #include "integrator/roulette_trial.h"
 #include "integrator/schedule.h"
@@ -47,6 +48,8 @@ nlohmann::ordered_json make_roulette_stats(const integrator::RouletteTrial& tria
 /// {last, shares, trial_paths}: of the light by bounce, the last of all that follow.
 /// Of the trial of light tracing: variances of one sample per pixel, relative.
 nlohmann::ordered_json make_light_tracing_stats(const integrator::LightTrial& trial, bool is_used);
+nlohmann::ordered_json make_firefly_stats(const integrator::FireflyTrial& trial);
+
 nlohmann::ordered_json make_bounce_stats(const integrator::BounceTrial& trial, int last_bounce);
 
 /// Approximations in force, with what is known of their effect. Empty = unbiased.

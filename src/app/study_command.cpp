@@ -62,6 +62,7 @@ constexpr std::array refused_options = {"--frames",
                                         "--cryptomatte-levels",
                                         "--clamp-direct",
                                         "--clamp-indirect",
+                                        "--firefly-guard",
                                         "--exr-layout",
                                         "--mode",
                                         "--tile"};

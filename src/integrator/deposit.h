@@ -5,6 +5,8 @@
 #include "film/sample_radiance.h"
 #include "integrator/path.h"
 
+#include <limits>
+
 namespace velatura::integrator {
 
 /// Adds light to the layers of (bounce, group), and tells the observer.
@@ -15,7 +17,9 @@ inline void deposit(const Path& path,
                     const char* what,
                     film::SampleRadiance& out) {
     if (is_black(radiance)) return;
-    out.add(bounce, int(group), radiance, path.share);
+    // What mirrors and smooth glass show has no fireflies: clamps leave a lamp behind them as it is
+    constexpr float without_limit = std::numeric_limits<float>::infinity();
+    out.add(bounce, int(group), radiance, bounce > 1 && path.is_sharp ? without_limit : path.share);
     if (path.observer) path.observer->on_deposit(bounce, group, radiance, what);
 }
 

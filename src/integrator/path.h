@@ -48,6 +48,7 @@ struct Path {
     lights::EmissionReceiver emission_receiver =
         lights::EmissionReceiver::Camera;  ///< at the last vertex
     bool is_certain = true;  ///< no light sampling competed for the present direction: MIS weight 1
+    bool is_sharp = true;    ///< no scattering so far but by delta lobes
     lights::Receiver receiver = {};  ///< where the present direction was sampled
     float scatter_pdf = 0;           ///< [1/sr]
     Vec3 straight_o =

@@ -397,6 +397,7 @@ bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance&
     path.traveled = 0;
     path.line_hit_count = Path::unknown_hits;
     path.is_certain = sample->is_delta;
+    path.is_sharp = path.is_sharp && sample->is_delta;
     path.emission_receiver =
         sample->is_delta ? lights::EmissionReceiver::Camera : lights::EmissionReceiver::Scattering;
     path.receiver = receiver_at(world_, point, bsdf);

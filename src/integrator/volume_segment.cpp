@@ -118,7 +118,7 @@ const char* VolumeSegment::scatter(Path& path,
     path.straight_o = p;
     path.traveled = 0;
     path.line_hit_count = Path::unknown_hits;
-    path.is_certain = false;
+    path.is_certain = path.is_sharp = false;
     path.emission_receiver = lights::EmissionReceiver::Scattering;
     path.receiver = scatterer.receiver_at(p);
     path.scatter_pdf = scatterer.phase.pdf(d, wi);

@@ -40,7 +40,8 @@ image::Matrix44 to_floats(const Matrix& m) {
 
 double PrepassResults::seconds() const {
     return guide.seconds + branches.seconds + (roulette ? roulette->seconds : 0.0) +
-           (bounces ? bounces->seconds : 0.0) + (light ? light->seconds : 0.0);
+           (bounces ? bounces->seconds : 0.0) + (fireflies ? fireflies->seconds : 0.0) +
+           (light ? light->seconds : 0.0);
 }
 
 Renderer::Renderer(const scene::Scene& scene, Settings settings)
@@ -220,6 +221,11 @@ void Renderer::learn(const std::atomic<bool>* stop) {
             integrator::try_bounces(*world_, trial_options(), layers_.last_bounce, stop);
         layers_.last_bounce =
             prepass_->bounces->last_bounce(*settings_.min_bounce_share, layers_.last_bounce);
+    }
+    if (settings_.firefly_guard) {
+        prepass_->fireflies =
+            integrator::try_fireflies(*world_, trial_options(), *settings_.firefly_guard, stop);
+        layers_.clamp_indirect = prepass_->fireflies->limit;
     }
     mattes_ =
         layers_.has_mattes() ? std::make_unique<const integrator::MatteIds>(*scene_) : nullptr;

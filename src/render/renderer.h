@@ -6,6 +6,7 @@
 #include "film/film.h"
 #include "integrator/bounce_trial.h"
 #include "integrator/caustics.h"
+#include "integrator/firefly_trial.h"
 #include "integrator/guide_training.h"
 #include "integrator/light_trial.h"
 #include "integrator/matte_ids.h"
@@ -33,6 +34,7 @@ struct PrepassResults {
     integrator::GuideTraining guide;                    ///< path guiding
     std::optional<integrator::RouletteTrial> roulette;  ///< of Roulette::Efficiency
     std::optional<integrator::BounceTrial> bounces;     ///< of Settings::min_bounce_share
+    std::optional<integrator::FireflyTrial> fireflies;  ///< of Settings::firefly_guard
     std::optional<integrator::LightTrial> light;        ///< light tracing; none: not tried
     integrator::SplittingTrial branches;                ///< path splitting
 

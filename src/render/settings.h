@@ -5,6 +5,7 @@
 #include "film/layer_set.h"
 #include "integrator/caustics.h"
 #include "integrator/effect_plan.h"
+#include "integrator/firefly_trial.h"
 #include "integrator/guide_training.h"
 #include "integrator/path_tracer.h"
 #include "integrator/render_options.h"
@@ -28,6 +29,10 @@ struct Settings {
     /// Stores bounces up to the last one with this fraction of the light, at most
     /// layers.last_bounce. nullopt: all up to layers.last_bounce.
     std::optional<double> min_bounce_share = {};
+
+    /// Chooses layers.clamp_indirect by a trial before the render; what it is set to before must be
+    /// finite, so that layers have room for clamps. nullopt: layers.clamp_indirect as it is.
+    std::optional<integrator::FireflyGuard> firefly_guard = {};
 
     /// width and height of 0 are those of the scene; 0 expected_rays is the schedule's.
     integrator::WorldOptions world = {};

@@ -123,7 +123,7 @@ VALUES = {
     "search_path": "FOLDER", "session": "LAYER", "variant": None, "set": "/World/Ball.radius=0.5", "output": "FOLDER/o.exr",
     "res": "8x8", "crop": (0, 1, 0, 0.5), "exr_layout": "single", "exr_compression": "zips", "float_layers": True, "spp": 2,
     "time": "10s", "target_error": "90%", "require_target": True, "forecast": "1%", "adaptive": False, "max_depth": 2,
-    "caustics": "path", "clamp_direct": 5, "clamp_indirect": 5.5, "filter": "box", "seed": 3, "texture_bias": -0.5,
+    "caustics": "path", "clamp_direct": 5, "clamp_indirect": 5.5, "firefly_guard": "off", "filter": "box", "seed": 3, "texture_bias": -0.5,
     "dicing_rate": 2, "subdivision_level": 1, "dicing_limit": 1, "bounces": "auto", "lights": "off", "layers": "bounce",
     "casters": "/World/Ball", "lpe": ["dd=C<RD>L", "k=C.{2}<L.'Key'>"], "lpe_strict": True, "halves": True,
     "cryptomatte": "object", "cryptomatte_levels": 2, "deep": True, "deep_samples": 2, "resume": True, "resumable": True,
