@@ -40,7 +40,7 @@ function(install_manual)
   install(DIRECTORY ${share}/ DESTINATION ${CMAKE_INSTALL_DATADIR} COMPONENT runtime)
 endfunction()
 
-# install_libraries(TIER...): what velatura-config.cmake exports as velatura::TIER.
+# install_libraries(TIER...): what velatura-config.cmake exports as velatura::TIER, as add_tier names it within the tree.
 function(install_libraries)
   set(folder lib/cmake/velatura)
   foreach(tier warnings numerics ${ARGN})
@@ -80,5 +80,12 @@ function(install_velatura)
   install_copyright()
   set(modules io look mix denoise noise bake exports inspect)
   list(TRANSFORM modules PREPEND compositor_)
-  install_libraries(base_process base plugin canvas image accumulate statistics layers ${modules} compositor)
+  # The renderer with all that it links; the order is that of src/CMakeLists.txt
+  set(usd layer text crate package materialx compose stage)
+  list(TRANSFORM usd PREPEND usd_)
+  set(rooms context color motion materials lights geometry linking volumes instancing)
+  list(TRANSFORM rooms PREPEND translate_)
+  install_libraries(base_process base plugin canvas image accumulate statistics layers ${modules} compositor
+    sampling guiding ${usd} scene geometry accel camera shading media lights film ${rooms} translate
+    integrator_classic integrator render)
 endfunction()

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# The Debian packages that cpack makes: velatura of component runtime, and python3-velatura of component python where the module
-# is built. Each library that programs, plugins and module link is a dependency.
+# The Debian packages that cpack makes: velatura of component runtime, libvelatura-dev of component development, and
+# python3-velatura of component python where the module is built. Each library that programs, plugins and module link is a dependency.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME velatura)
 set(CPACK_PACKAGE_VENDOR Velatura)
@@ -16,9 +16,19 @@ endif()
 set(CPACK_PACKAGE_DIRECTORY ${CMAKE_BINARY_DIR})
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_INSTALL_CMAKE_PROJECTS "${CMAKE_BINARY_DIR};velatura;ALL;/")
-set(CPACK_COMPONENTS_ALL runtime)
+set(CPACK_COMPONENTS_ALL runtime development)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME velatura)
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libvelatura-dev)
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
+# What find_package(velatura) looks for; the plugins are those of the same build
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
+  "velatura (= ${PROJECT_VERSION}), g++, cmake, pkg-config, libimath-dev, libopenexr-dev, libopencolorio-dev, libtbb-dev, libhwy-dev, libfmt-dev, nlohmann-json3-dev, libcli11-dev, liblz4-dev, libssl-dev, zlib1g-dev, libexpat1-dev")
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_RECOMMENDS "")
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SHLIBDEPS OFF)
+set(CPACK_DEBIAN_DEVELOPMENT_DESCRIPTION "headers and static libraries of the path tracer velatura
+The renderer as an object, the USD reader, light layers and their mixes, and
+the interface of plugins, for find_package(velatura) of CMake.")
 if(TARGET velatura_module)
   list(APPEND CPACK_COMPONENTS_ALL python)
   # A module is for one version of the interpreter, and opens the plugins of its own build alone

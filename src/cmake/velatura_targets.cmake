@@ -72,6 +72,9 @@ function(add_tier name)
   endif()
   target_sources(${target} ${scope} FILE_SET HEADERS BASE_DIRS ${include_root} FILES ${TIER_HEADERS})
   target_link_libraries(${target} ${scope} velatura_numerics ${TIER_DEPENDS})
+  # What programs outside the tree call it (install_libraries)
+  string(REPLACE "/" "_" exported ${name})
+  add_library(velatura::${exported} ALIAS ${target})
 endfunction()
 
 # add_plugin(NAME SOURCES ... DEPENDS ... NEEDS VARIABLE PACKAGE): shared object of the plugin in this folder, beside its

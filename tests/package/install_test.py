@@ -21,8 +21,9 @@ from make_image import image  # noqa: E402
 
 def run(*command, **options):
     environment = {name: value for name, value in os.environ.items() if name != "VELATURA_PLUGIN_PATH"}
+    environment |= {"ASAN_OPTIONS": "detect_leaks=0:new_delete_type_mismatch=0"} | options.pop("env", {})
     return subprocess.run([str(word) for word in command], stdin=subprocess.DEVNULL, capture_output=True, encoding="utf-8",
-                          env=environment | {"ASAN_OPTIONS": "detect_leaks=0:new_delete_type_mismatch=0"}, **options)
+                          env=environment, **options)
 
 
 class Installation(unittest.TestCase):
@@ -137,13 +138,33 @@ class Installation(unittest.TestCase):
         self.assertEqual(self.complete("velatura", "render", "--spp", ""), [])
         self.assertIn("denoise", self.complete("velatura-comp", ""))
 
-    def test_find_package_builds_a_program(self):
+    def build(self, source, name):
+        """Builds a project against the installed tree. Returns: the folder of its programs."""
         if "-fsanitize" in (BUILD / "CMakeCache.txt").read_text():
             self.skipTest("libraries with sanitizers need programs with sanitizers")
-        build = self.top / "example"
-        for command in (["-S", HERE / "example", "-B", build, f"-DCMAKE_PREFIX_PATH={self.place}"], ["--build", build]):
+        build = self.top / name
+        for command in (["-S", source, "-B", build, f"-DCMAKE_PREFIX_PATH={self.place}", "-DCMAKE_BUILD_TYPE=Release"],
+                        ["--build", build]):
             done = run("cmake", *command)
             self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        return build
+
+    def test_installed_headers_and_libraries_build_the_examples(self):
+        build = self.build(HERE.parent.parent / "examples", "examples")
+        small = self.scene.parent / "small.usda"
+        small.write_text('#usda 1.0\n(\n    subLayers = [@surface.usda@]\n    renderSettingsPrimPath = "/Render"\n)\n'
+                         'def RenderSettings "Render"\n{\n    uniform int2 resolution = (64, 48)\n}\n')
+        for program, folder in ((build / "velatura_example_relight", "outside"), (BUILD / "bin/velatura_example_relight", "within")):
+            (self.top / folder).mkdir()
+            done = run(program, small, self.top / folder / "first.exr", self.top / folder / "second.exr",
+                       env={**os.environ, "VELATURA_PLUGIN_PATH": str(self.place / "lib/velatura/plugins")})
+            self.assertEqual(done.returncode, 0, done.stderr)
+        for name in ("first.exr", "second.exr"):
+            self.assertEqual((self.top / "outside" / name).read_bytes(), (self.top / "within" / name).read_bytes(), name)
+        self.assertNotEqual((self.top / "outside/first.exr").read_bytes(), (self.top / "outside/second.exr").read_bytes())
+
+    def test_find_package_builds_a_program(self):
+        build = self.build(HERE / "example", "example")
         run(self.velatura, "render", self.scene, "-o", self.top / "layers.exr", "--bounces", "1", *QUICK)
         printed = run(build / "print_layers", self.top / "layers.exr")
         self.assertEqual(printed.stdout.split()[:3], ["b0", "b1", "tail"], printed.stderr)

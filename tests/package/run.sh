@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Installs Debian packages in a fresh Debian 12, uses them there as an ordinary user, and removes them. ./dev package --check
 # Usage: run.sh --needs     ends with what is missing, if this machine cannot do it
-#        run.sh FILE.deb…   velatura, and python3-velatura if it was built
+#        run.sh FILE.deb…   velatura, libvelatura-dev, and python3-velatura if it was built
 # The new system is made in build/package/chroot, or $VELATURA_CHROOT, from the mirror that this machine installs from.
 set -euo pipefail
 
@@ -26,13 +26,14 @@ mirror() {
 check_needs
 [[ ${1:-} == --needs ]] && exit
 [[ $# -ge 1 ]] || die "expected .deb files"
-deb= python_deb=
+deb= python_deb= development_deb=
 for file in "$@"; do
     [[ -f $file ]] || die "$file: no such file"
     case $(basename "$file") in
         velatura_*.deb) deb=$(realpath "$file") ;;
         python3-velatura_*.deb) python_deb=$(realpath "$file") ;;
-        *) die "$file is neither velatura nor python3-velatura" ;;
+        libvelatura-dev_*.deb) development_deb=$(realpath "$file") ;;
+        *) die "$file is neither velatura, libvelatura-dev nor python3-velatura" ;;
     esac
 done
 [[ -n $deb ]] || die "expected the package velatura"
@@ -125,10 +126,24 @@ if [[ -n $python_deb ]]; then
     say "the Python module renders what the program does"
 fi
 
+if [[ -n $development_deb ]]; then
+    say "installing $(basename "$development_deb") with its dependencies"
+    cp "$development_deb" "$root/tmp/"
+    as_root apt-get install -q -y --no-install-recommends "/tmp/$(basename "$development_deb")" >>"$log" 2>&1 || die "apt-get install failed: $(tail -n 5 "$log")"
+    mapfile -t -O "${#listed[@]}" listed < <(as_root dpkg -L libvelatura-dev | grep -v '^/\.$')
+    cp -r examples "$root/srv/artist/"
+    as_root chown -R artist:artist /srv/artist/examples
+    as_user cmake -S examples -B built -DCMAKE_BUILD_TYPE=Release >>"$log" && as_user cmake --build built >>"$log" ||
+        die "examples do not build against the installed package: $(tail -n 5 "$log")"
+    as_user built/velatura_example_relight cornell/cornell.usda first.exr second.exr >>"$log" || die "the example does not render"
+    as_user velatura-comp verify -q first.exr second.exr
+    say "examples build against the installed package and render"
+fi
+
 size=$(as_root dpkg-query -W -f '${Installed-Size}' velatura)
 added=$(comm -13 <(echo "$packages_before") <(as_root dpkg-query -W -f '${Package}\n' | sort) | wc -l)
 say "removing it"
-as_root apt-get remove -q -y velatura ${python_deb:+python3-velatura} >>"$log" 2>&1
+as_root apt-get remove -q -y velatura ${python_deb:+python3-velatura} ${development_deb:+libvelatura-dev} >>"$log" 2>&1
 for file in "${listed[@]}"; do
     if [[ ! -d $root$file && -e $root$file ]]; then die "$file is left"; fi
 done
