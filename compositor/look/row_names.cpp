@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/look/row_names.h"
 
-#include "accumulate/layer_set.h"
 #include "base/nearest_names.h"
 
 #include <fmt/format.h>

@@ -65,7 +65,6 @@ class Planner {
     std::optional<Gain> common_gain() const;
     const CellGain* one_gain(const accumulate::LayerEntry& entry) const;
     const CellGain* direct_gain(const std::string& group) const;
-    bool can_express(const std::string& family) const;
     bool is_uniform_along(bool groups) const;
     double largest_gain(const Term& term) const;
     Result<void> check_gains() const;
@@ -262,13 +261,6 @@ const CellGain* Planner::direct_gain(const std::string& group) const {
     return one_gain(direct);
 }
 
-bool Planner::can_express(const std::string& family) const {
-    const auto& layers = stack_.header().layers;
-    return std::all_of(layers.begin(), layers.end(), [&](const accumulate::LayerEntry& e) {
-        return e.family != family || one_gain(e) != nullptr;
-    });
-}
-
 /// True if the gains are the same for all groups (or, for `groups` false, for all columns).
 bool Planner::is_uniform_along(bool groups) const {
     for (size_t c = 0; c < rows_.column_count(); ++c)
@@ -373,6 +365,12 @@ Result<void> Planner::choose_family() {
         add_plain_terms();
         return {};
     }
+    const auto& layers = stack_.header().layers;
+    const auto can_express = [&](const std::string& family) {
+        return std::all_of(layers.begin(), layers.end(), [&](const accumulate::LayerEntry& e) {
+            return e.family != family || one_gain(e) != nullptr;
+        });
+    };
     for (const layers::FamilyClosure& family : stack_.header().closure) {
         // Layers by lobe, direct or not, have no cells of their own
         if (family.family != "lobes" && can_express(family.family)) return add_family(family);

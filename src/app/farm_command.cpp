@@ -162,8 +162,8 @@ Result<farm::Job> make_job(const SubmitArguments& a, const Command& command) {
     if (a.render.firefly_guard == "auto")
         return Error{
             "usage",
-            "--firefly-guard auto cannot be used in a farm job, whose pieces know their own "
-            "samples alone; --firefly-guard N: the samples per pixel of the whole image"};
+            "--firefly-guard auto cannot be used in a farm job, whose pieces have a part of the "
+            "samples; --firefly-guard N: the samples per pixel of the whole image"};
     const Result<RenderJob> checked = make_render_job(a.render);
     if (!checked) return checked.error();
     if (!fs::exists(split_package_path(a.render.scene).front()))

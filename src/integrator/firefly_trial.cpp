@@ -240,9 +240,8 @@ std::string text_of(const FireflyTrial& trial) {
         return "--firefly-guard: there is no light of b2 and later to clamp";
     if (trial.bias == 0)
         return fmt::format(
-            "--firefly-guard: contributions of b2 and later are clamped to {:.3g}, above what "
-            "trial "
-            "paths met: no lower limit has a smaller error at {:.4g} spp",
+            "--firefly-guard: contributions of b2 and later are clamped to {:.3g}, above all that "
+            "trial paths found: no lower limit has a smaller error at {:.4g} spp",
             trial.limit, trial.samples);
     return fmt::format(
         "--firefly-guard: contributions of b2 and later are clamped to {:.3g} (biased); expected "

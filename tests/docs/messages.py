@@ -15,7 +15,7 @@ OTHER_WORDS = set("""
     adaptive-sampling arc-cycle arc-to-prohibited-child array-bytes blackman-harris blue-noise bounce-layers camera-blur capacity-exceeded
     caster-layers caustic-search caustic-trial-cap clamp-layers data-layers decode-memory decode-time deep-samples deformation-blur
     depth-of-field diffuse-transmission effect-left-out environment-maps gave-up global-area half-images id-mattes inconsistent-property-type
-    interior-media invalid-asset-path invalid-authored-relocation invalid-conflicting-relocation invalid-external-target-path
+    interior-media lobe-matrix invalid-asset-path invalid-authored-relocation invalid-conflicting-relocation invalid-external-target-path
     invalid-instance-target-path invalid-prim-path invalid-reference-offset invalid-same-target-relocations invalid-sublayer-offset
     invalid-sublayer-ownership invalid-sublayer-path jobtemplate-2023-09 level-sets light-filters light-layers light-linking light-profiles light-selection
     light-shaping light-textures lobe-multipliers matrix-layers max-depth mesh-lights mitchell-ratio normal-maps

@@ -469,7 +469,7 @@ TEST(WebPageOfLobes, IsMixedAsTheCommandDoes) {
     Look look = look_of({{Control::Kind::Gain, "key:specular=0.25"}});
     look.view = "Raw";
     const json answer = browse(page_of(stack, look), "--size 1200x800", R"JS(
-        const row = document.querySelector('[data-row="diffuse"]'), fader = row.querySelector('.fader');
+        const fader = document.querySelector('[data-row="diffuse"] .fader');
         fader.value = 1.5;
         fader.dispatchEvent(new Event('input', {bubbles: true}));
         fader.dispatchEvent(new Event('change', {bubbles: true}));
