@@ -57,9 +57,10 @@ struct SubmitArguments {
 
 /// Options of a render that pieces have no use for, or whose files do not merge.
 constexpr std::array refused_options = {
-    "--samples",      "--resumable",  "--resume",   "--for-mix",        "--snapshot",
-    "--time",         "--rates-from", "--forecast", "--require-target", "--deep",
-    "--deep-samples", "--crop",       "--replay",   "--stats"};
+    "--samples",        "--resumable", "--resume",       "--for-mix",
+    "--snapshot",       "--time",      "--rates-from",   "--forecast",
+    "--require-target", "--deep",      "--deep-samples", "--crop",
+    "--replay",         "--stats",     "--display",      "--display-layers"};
 
 /// Options that a job stores in another form.
 constexpr std::array own_options = {

@@ -147,8 +147,32 @@ void FrameRenderer::start_film() {
                     end);
 }
 
+/// A viewer that cannot be reached is no reason not to render.
+void FrameRenderer::start_display() {
+    if (!job_.display) return;
+    display::DisplayOptions options;
+    options.address = *job_.display;
+    options.name = input_.output.empty() ? "velatura" : input_.output;
+    options.display = {0, 0, input_.scene.settings.width, input_.scene.settings.height};
+    auto layers = display::find_layers(renderer_.layers(), job_.display_layers);
+    if (layers)
+        options.layers = *std::move(layers);
+    else
+        diagnostics_.warn(
+            "display", {}, {},
+            "--display-layers: " + layers.error().message + "; only the beauty is sent");
+    display_.emplace(std::move(options));
+    if (const Result<void> started = display_->start(); !started)
+        diagnostics_.warn("display", {}, {},
+                          started.error().message + "; trying again during the render");
+}
+
 integrator::RenderCallbacks FrameRenderer::callbacks() {
     integrator::RenderCallbacks callbacks;
+    if (display_)
+        callbacks.tile_done = [&](const film::Film& film, const film::Window& tile) {
+            display_->add_tile(film, tile);
+        };
     callbacks.progress = [&](const integrator::RenderState& state) {
         if (!memory_->keeps_limit()) is_short_of_memory_ = true;
         progress_.show(state);
@@ -165,9 +189,16 @@ integrator::RenderCallbacks FrameRenderer::callbacks() {
 
 void FrameRenderer::render() {
     MemoryLimit::watch();  // pixels take memory tile by tile
+    start_display();
     result_ = renderer_.advance(callbacks(), top_up_ ? &*top_up_ : nullptr);
     noise_ = renderer_.film().noise();
     if (!memory_->keeps_limit()) is_short_of_memory_ = true;
+    if (display_) {
+        // What a continued render began with, and what others added, as well
+        display_->add_tile(renderer_.film(), renderer_.film().window());
+        display_->finish();
+        display_.reset();
+    }
     progress_.finish(renderer_.film(), noise_, result_);
     report_bad_samples(renderer_.film(), result_, diagnostics_);
 }

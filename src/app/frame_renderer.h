@@ -10,6 +10,7 @@
 #include "app/resume.h"
 #include "base/diagnostics.h"
 #include "base/output_lock.h"
+#include "display/film_display.h"
 #include "layers/layer_image.h"
 #include "render/renderer.h"
 
@@ -95,6 +96,7 @@ class FrameRenderer {
     PartState unfinished_part() const;
     accumulate::SampleSums sums_with_rates() const;
     void start_film();
+    void start_display();
     integrator::RenderCallbacks callbacks();
     /// Returns: whether all could be written; `code` is set.
     bool write_files(int& code);
@@ -113,6 +115,7 @@ class FrameRenderer {
     std::optional<MemoryWatch> memory_;
     std::optional<FrameWriter> writer_;
     std::optional<integrator::TopUpCounts> top_up_;
+    std::optional<display::FilmDisplay> display_;
     film::NoiseEstimate noise_;
     integrator::RenderResult result_;
     std::vector<scene::Effect> broken_;  ///< ran though the plan has them off

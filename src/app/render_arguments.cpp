@@ -302,6 +302,16 @@ void declare_resume_options(Command resume, RenderArguments& a) {
 
 void declare_report_options(Command report, RenderArguments& a) {
     report
+        .add_option("--display", a.display,
+                    "Show the image in the viewer tev while it renders; port 14158 by default")
+        .type_name("HOST[:PORT]")
+        .default_text("no viewer");
+    report
+        .add_option("--display-layers", a.display_layers,
+                    "Light layers that --display sends beside the beauty, e.g. b1,C_key")
+        .type_name("LIST")
+        .default_text("none");
+    report
         .add_option("--progress", a.progress,
                     "Progress format; bar prints lines where there is no terminal")
         .one_of({"bar", "json", "openjd", "none"})

@@ -92,6 +92,7 @@ struct RenderArguments {
     std::vector<std::string> purposes;
     std::string material_purpose;
     std::string working_space;  ///< empty: that of the render settings
+    std::string display, display_layers;
     bool quiet = false;
     int verbosity = 0;
 };

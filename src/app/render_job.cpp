@@ -281,6 +281,17 @@ Result<void> choose_firefly_guard(const RenderArguments& a, RenderJob& job) {
     return {};
 }
 
+Result<void> choose_display(const RenderArguments& a, RenderJob& job) {
+    if (!a.display_layers.empty() && a.display.empty())
+        return usage("--display-layers needs --display");
+    if (a.display.empty()) return {};
+    const Result<display::Address> address = display::parse_address(a.display);
+    if (!address) return usage("--display: " + address.error().message);
+    job.display = *address;
+    job.display_layers = split(a.display_layers, ',');
+    return {};
+}
+
 /// Parses an optional text option into a number; empty stays at the default.
 Result<void> parse_into(double& value,
                         const std::string& text,
@@ -388,6 +399,7 @@ Result<RenderJob> make_render_job(const RenderArguments& a) {
         !ok)
         return ok.error();
     if (const auto ok = choose_firefly_guard(a, job); !ok) return ok.error();
+    if (const auto ok = choose_display(a, job); !ok) return ok.error();
     if (const auto ok =
             parse_into(settings.schedule.forecast_error, a.forecast, "--forecast", parse_fraction);
         !ok)
@@ -447,6 +459,7 @@ Result<RenderJob> make_render_job(const RenderArguments& a) {
     if (!progress) return usage(progress.error().message);
     job.progress = *progress;
     if (!a.replay.empty()) {
+        if (!a.display.empty()) return usage("--replay traces one sample; remove --display");
         const auto replay = parse_replay(a.replay);
         if (!replay) return replay.error();
         job.replay = *replay;

@@ -5,6 +5,7 @@
 #include "app/progress.h"
 #include "app/render_arguments.h"
 #include "base/result.h"
+#include "display/tev_connection.h"
 #include "film/film.h"
 #include "render/settings.h"
 
@@ -28,6 +29,8 @@ struct RenderJob {
     image::Compression compression = image::Compression::Zip;
     ProgressStyle progress = ProgressStyle::Bar;
     std::optional<std::array<uint64_t, 3>> replay;  ///< x, y, sample
+    std::optional<display::Address> display;        ///< of a viewer
+    std::vector<std::string> display_layers;
 };
 
 /// Whether files of a render that is not finished hold the exact sums: to be gone on from.

@@ -56,7 +56,7 @@ add_precompiled(scene HEADERS ${velatura_standard_headers} <fmt/format.h> src/ba
 
 # The set of each tier
 set(velatura_set_of_base_process standard)
-foreach(tier base canvas sampling guiding plugin image accumulate statistics view
+foreach(tier base canvas sampling guiding plugin image accumulate statistics view display
         compositor_io compositor_mix compositor_denoise compositor_bake compositor_inspect compositor_window)
   set(velatura_set_of_${tier} base)
 endforeach()

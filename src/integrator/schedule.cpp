@@ -255,6 +255,7 @@ class Runner {
             counts.effects += scene::take_effect_calls();
             progress_.add(double(done), double(watched), counts);
         }
+        if (callbacks_.tile_done) callbacks_.tile_done(film_, tile);
         return true;
     }
 

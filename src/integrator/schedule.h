@@ -38,6 +38,8 @@ struct RenderState {
 struct RenderCallbacks {
     /// Called often, from any rendering thread but one at a time.
     std::function<void(const RenderState&)> progress;
+    /// Called by the thread that a tile belongs to, after it got samples.
+    std::function<void(const film::Film&, const film::Window&)> tile_done;
     /// Called between passes with every pixel at the same sample index, when an interim image is
     /// due; with what is known of its error.
     std::function<void(const film::Film&, const statistics::ErrorCurve&)> snapshot;

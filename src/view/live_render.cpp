@@ -22,6 +22,7 @@ Result<void> check_live_arguments(const app::RenderArguments& a) {
                                                    {"--samples", !a.samples.empty()},
                                                    {"--replay", !a.replay.empty()},
                                                    {"--stats", !a.stats.empty()},
+                                                   {"--display", !a.display.empty()},
                                                    {"--deep", a.deep},
                                                    {"--time", !a.time.empty()},
                                                    {"--mode tile", a.mode == "tile"},

@@ -66,6 +66,7 @@ const std::map<std::string, std::set<std::string>>& tier_table() {
         {"media", {"scene", "sampling"}},
         {"lights", {"scene", "geometry", "sampling", "shading"}},
         {"film", {"scene", "image", "accumulate", "statistics", "layers"}},
+        {"display", {"film", "image", "accumulate"}},
         {"integrator/classic", {"scene", "geometry", "sampling", "shading", "lights"}},
         {"integrator", with({"integrator/classic"})},
         {"render", with({"integrator", "plugin", "translate", "usd/stage", "base/process"})},
@@ -74,7 +75,7 @@ const std::map<std::string, std::set<std::string>>& tier_table() {
         {"farm", {"image", "layers"}},
         {"app", with({"plugin", "import", "usd/layer", "usd/text", "usd/crate", "usd/package",
                       "usd/materialx", "usd/compose", "usd/stage", "translate", "integrator",
-                      "render", "selftest", "study", "farm", "base/process"})},
+                      "render", "selftest", "study", "farm", "display", "base/process"})},
         {"view", with({"app", "integrator", "render", "base/process", "compositor/io",
                        "compositor/look", "compositor/bake", "compositor/window"})},
         {"python", with({"app", "plugin", "render", "translate", "integrator", "usd/layer",
@@ -133,10 +134,10 @@ const std::vector<Library>& library_table() {
 }
 
 bool is_system_header(std::string_view header) {
-    static constexpr std::array<std::string_view, 18> posix = {
-        "cxxabi.h",  "dirent.h",  "dlfcn.h",  "fcntl.h",    "fnmatch.h", "immintrin.h",
-        "poll.h",    "pthread.h", "pwd.h",    "sched.h",    "signal.h",  "spawn.h",
-        "termios.h", "unistd.h",  "limits.h", "execinfo.h", "fenv.h",    "malloc.h"};
+    static constexpr std::array<std::string_view, 19> posix = {
+        "cxxabi.h",  "dirent.h",   "dlfcn.h", "fcntl.h",  "fnmatch.h", "immintrin.h", "poll.h",
+        "pthread.h", "pwd.h",      "sched.h", "signal.h", "spawn.h",   "termios.h",   "unistd.h",
+        "limits.h",  "execinfo.h", "fenv.h",  "malloc.h", "netdb.h"};
     if (header.starts_with("sys/") || header.starts_with("linux/")) return true;
     if (std::find(posix.begin(), posix.end(), header) != posix.end()) return true;
     return header.find('.') == std::string_view::npos && header.find('/') == std::string_view::npos;
