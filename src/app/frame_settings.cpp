@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <set>
+#include <variant>
 
 namespace velatura::app {
 
@@ -118,7 +119,16 @@ std::vector<std::string> scene_file_paths(const scene::Scene& scene) {
     };
     for (const scene::Texture& t : scene.textures)
         for (const std::string& file : udim_files(t.file)) add(file);
-    for (const scene::Light& l : scene.lights) add(l.texture_file);
+    const auto add_gobos = [&](const std::vector<scene::LightFilter>& filters) {
+        for (const scene::LightFilter& filter : filters)
+            if (const auto* gobo = std::get_if<scene::GoboFilter>(&filter.shape))
+                add(gobo->texture_file);
+    };
+    for (const scene::Light& l : scene.lights) {
+        add(l.texture_file);
+        add_gobos(l.filters);
+    }
+    for (const scene::MeshLight& l : scene.mesh_lights) add_gobos(l.filters);
     for (const scene::VolumeField& f : scene.volume_fields) add(f.file);
     return paths;
 }

@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
@@ -31,7 +32,10 @@ json make_scene_stats(const FrameInput& input, const integrator::World& world) {
     json j;
     j["path"] = input.scene_name;
     j["frame"] = input.frame;
-    j["lights"] = input.scene.lights.size() + input.scene.mesh_lights.size();
+    // Parts of one light, which filters tell apart, count once
+    const auto copies = std::count_if(input.scene.lights.begin(), input.scene.lights.end(),
+                                      [](const scene::Light& l) { return l.is_filter_copy; });
+    j["lights"] = input.scene.lights.size() + input.scene.mesh_lights.size() - size_t(copies);
     j["volumes"] = input.scene.volumes.size();
     j["shapes"] = input.scene.shapes.size();
     j["prototypes"] = input.scene.prototypes.size();

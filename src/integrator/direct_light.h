@@ -242,7 +242,7 @@ void DirectLight::for_each_light_along(const Path& path,
             const float footprint = path.cone_width + path.cone_spread * chosen.light.distance;
             chosen.light.Le = world_.lights
                                   .surface_radiance(point, -along.wi, footprint,
-                                                    lights::EmissionReceiver::Scattering)
+                                                    lights::EmissionReceiver::Scattering, &from.p)
                                   .Le *
                               world_.materials.presence(point, footprint);
             // As of emissive triangles that are sampled: beside the surface, seen from where the

@@ -177,6 +177,8 @@ void change_links(scene::Scene& scene, Change change) {
 }
 
 void forget_links(scene::Scene& scene) {
+    // What was a part of a light would shine on everything once more
+    std::erase_if(scene.lights, [](const Light& l) { return l.is_filter_copy; });
     change_links(scene, [&](scene::LightLinks& links) {
         links.lit = scene::none;
         if (scene::has_shadow_links(scene, links))
@@ -191,6 +193,19 @@ void forget_shadow_controls(scene::Scene& scene) {
                                              : scene::plain_links(scene).casters;
         links = {.lit = links.lit, .casters = casters};
     });
+}
+
+void find_filters(EffectFindings& found) {
+    const std::string_view why = "light filter";
+    find_lights(
+        found, [](const Light& l) { return !l.filters.empty(); }, why);
+    for (const scene::MeshLight& l : found.scene.mesh_lights)
+        if (!l.filters.empty()) found.on(l.name, why);
+}
+
+void forget_filters(scene::Scene& scene) {
+    change_lights(scene, [](Light& l) { l.filters.clear(); });
+    for (scene::MeshLight& l : scene.mesh_lights) l.filters.clear();
 }
 
 /// Notes a prim of which the set holds nothing, or something.
@@ -263,7 +278,7 @@ constexpr std::array rules = {
     EffectRule{Effect::LightSelection, find_choices, nullptr, true},
     EffectRule{Effect::LightLinking, find_links, forget_links, true},
     EffectRule{Effect::ShadowControls, find_shadow_controls, forget_shadow_controls},
-    EffectRule{Effect::LightFilters, nullptr, nullptr},
+    EffectRule{Effect::LightFilters, find_filters, forget_filters},
     EffectRule{Effect::RayVisibility, find_ray_visibility, forget_ray_visibility},
     EffectRule{Effect::Mattes, find_mattes,
                [](scene::Scene& s) { s.linking.mattes = scene::none; }},

@@ -51,8 +51,9 @@ lights::SurfaceRadiance LightHits::surface_emission(const Path& path,
                                                     const geometry::SurfacePoint& point,
                                                     const Vec3& wo,
                                                     float footprint) const {
+    const Vec3* const receiver = path.bounce == 0 ? nullptr : &path.straight_o;
     lights::SurfaceRadiance emitted =
-        world_.lights.surface_radiance(point, wo, footprint, path.emission_receiver);
+        world_.lights.surface_radiance(point, wo, footprint, path.emission_receiver, receiver);
     emitted.Le *= light_factor(path, emitted.multipliers);
     if (!is_lit(path, emitted.links)) emitted.Le = Rgb(0.0f);
     return emitted;
@@ -104,7 +105,10 @@ void LightHits::add(const Path& path, float t_max, film::SampleRadiance& out) co
             if (!is_lit(path, links) || is_found_beyond(path, links)) return;
         }
         const lights::LobeMultipliers multipliers = world_.lights.lobe_multipliers(hit.light);
-        Rgb Le = path.beta * hit.Le * light_factor(path, multipliers) * light_hit_weight(path, hit);
+        const Rgb seen = path.bounce == 0
+                             ? world_.lights.unfiltered_radiance(hit, path.straight_o, path.ray.d)
+                             : hit.Le;
+        Rgb Le = path.beta * seen * light_factor(path, multipliers) * light_hit_weight(path, hit);
         if (flight && flight->around.is_drawn())
             Le *= flight->around.weight_at(hit.t - path.traveled);
         else if (!path.interior.is_empty())

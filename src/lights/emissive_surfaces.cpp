@@ -417,7 +417,7 @@ std::optional<LightSample> EmissiveSurfaces::sample(LightId id,
     geometry::SurfacePoint point =
         geometry::make_surface_point(scene_, geometry_, {p, s.wi}, place);
     const float footprint = cone.width + cone.spread * s.distance;
-    s.Le = emission_.radiance(point, -s.wi, footprint, EmissionReceiver::Scattering) *
+    s.Le = emission_.radiance(point, -s.wi, footprint, EmissionReceiver::Scattering, &p) *
            materials_.presence(point, footprint);
     s.is_surface = true;
     // The direction of a ray to there is rounded by its own length, not by that of the position
@@ -450,7 +450,7 @@ std::optional<LightHit> EmissiveSurfaces::intersect(LightId id,
     place.b2 = float(y);
     const geometry::SurfacePoint point =
         geometry::make_surface_point(scene_, geometry_, {o, d}, place);
-    const Rgb Le = emission_.radiance(point, -d, 0.0f, EmissionReceiver::Scattering) *
+    const Rgb Le = emission_.radiance(point, -d, 0.0f, EmissionReceiver::Scattering, &o) *
                    materials_.presence(point, 0.0f);
     return LightHit{id.index, float(distance), Le,
                     float(density(view, omega, distance, smallest_))};

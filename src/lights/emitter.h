@@ -68,6 +68,9 @@ class Emitter {
 
     virtual bool is_delta() const { return false; }
 
+    /// The light itself, without the filters in front of it.
+    virtual const Emitter& unfiltered() const { return *this; }
+
     /// Box around a finite light.
     virtual Box3d bounds() const { return {}; }
 

@@ -5,6 +5,7 @@
 #include "base/result.h"
 #include "lights/emitter.h"
 #include "lights/environment_image.h"
+#include "lights/light_filter.h"
 #include "lights/shaping.h"
 #include "scene/light.h"
 
@@ -38,6 +39,9 @@ std::unique_ptr<Emitter> with_portals(std::unique_ptr<Emitter> dome,
 /// The light with its points chosen by area, EmitterSample::pdf accordingly and no EmitterHit::pdf;
 /// lights at infinity as they were.
 std::unique_ptr<Emitter> sampled_by_area(std::unique_ptr<Emitter> emitter);
+
+/// The light behind filters.
+std::unique_ptr<Emitter> with_filters(std::unique_ptr<Emitter> light, FilterChain filters);
 
 /// 0 at infinity.
 double area_of(const Emitter& emitter);

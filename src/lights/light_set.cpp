@@ -10,6 +10,8 @@
 #include "lights/light_bounds.h"
 
 #include <cmath>
+#include <map>
+#include <memory>
 #include <string>
 #include <utility>
 
@@ -58,7 +60,14 @@ class Preparation {
             return nullptr;
         }
         std::unique_ptr<Emitter> emitter = add_portals(light, std::move(result).value());
-        return options_.by_area ? sampled_by_area(std::move(emitter)) : std::move(emitter);
+        if (options_.by_area) emitter = sampled_by_area(std::move(emitter));
+        return add_filters(light, std::move(emitter));
+    }
+
+    /// Reads textures of gobos in front of the light.
+    template <class Light>
+    GoboLoader gobo_loader(const Light& light) {
+        return [this, &light](const scene::GoboFilter& gobo) { return load_gobo(light, gobo); };
     }
 
     uint32_t unread_textures() const { return unread_textures_; }
@@ -79,6 +88,34 @@ class Preparation {
         }
         return portals.empty() ? std::move(dome)
                                : with_portals(std::move(dome), std::move(portals));
+    }
+
+    std::unique_ptr<Emitter> add_filters(const scene::Light& light,
+                                         std::unique_ptr<Emitter> emitter) {
+        if (light.filters.empty()) return emitter;
+        FilterChain filters(light.filters, Mat4d(), gobo_loader(light));
+        return filters.is_empty() ? std::move(emitter)
+                                  : with_filters(std::move(emitter), std::move(filters));
+    }
+
+    /// Null with an error when it cannot be read. Lights share the texels of a file.
+    template <class Light>
+    std::shared_ptr<const EnvironmentImage> load_gobo(const Light& light,
+                                                      const scene::GoboFilter& gobo) {
+        const std::pair key(gobo.texture_file, gobo.texture_colors.curve);
+        const auto known = gobos_.find(key);
+        if (known != gobos_.end()) return known->second;
+        scene::Light reader;
+        reader.name = light.name;
+        reader.provenance = light.provenance;
+        reader.kind = scene::LightKind::Rect;
+        reader.texture_file = gobo.texture_file;
+        reader.texture_colors = gobo.texture_colors;
+        EnvironmentImage image;
+        std::shared_ptr<const EnvironmentImage> loaded;
+        if (load_image(reader, image))
+            loaded = std::make_shared<const EnvironmentImage>(std::move(image));
+        return gobos_[key] = loaded;
     }
 
     static EmitterResult make(const EmitterInput& input) {
@@ -173,6 +210,9 @@ class Preparation {
     }
 
     uint32_t unread_textures_ = 0;
+    std::map<std::pair<std::string, scene::SourceColorSpace>,
+             std::shared_ptr<const EnvironmentImage>>
+        gobos_;  // [file, color space]
     const scene::Scene& scene_;
     const ImageLoader& load_;
     Diagnostics& diagnostics_;
@@ -191,12 +231,14 @@ LightSet::LightSet(const scene::Scene& scene,
     for (const scene::Light& light : scene.lights) {
         const uint32_t index = uint32_t(emitters_.size());
         emitters_.push_back(preparation.prepare(light));
-        records_.push_back({light.group,
-                            {light.diffuse_multiplier, light.specular_multiplier},
-                            is_on(index) && emitters_[index]->is_infinite(),
-                            light.is_camera_visible,
-                            !light.render_from_portals.empty(),
-                            links_of(light)});
+        records_.push_back(
+            {light.group,
+             {light.diffuse_multiplier, light.specular_multiplier},
+             is_on(index) && emitters_[index]->is_infinite(),
+             light.is_camera_visible,
+             !light.render_from_portals.empty(),
+             is_on(index) && &emitters_[index]->unfiltered() != emitters_[index].get(),
+             links_of(light)});
         if (!is_on(index)) continue;
         note_links(light.links);
         if (is_infinite(index)) {
@@ -205,14 +247,18 @@ LightSet::LightSet(const scene::Scene& scene,
             finite.push_back({index, emitters_[index]->bounds()});
         }
     }
-    unread_textures_ = preparation.unread_textures();
     finite_ = std::make_unique<EmitterTree>(std::move(finite));
     for (const scene::MeshLight& light : scene.mesh_lights) note_links(light.links);
     plain_links_ = scene::plain_links(scene);
     note_links(plain_links_);
-    if (options.geometry == nullptr || options.materials == nullptr) return;
-    emission_ = std::make_unique<SurfaceEmission>(scene, *options.geometry, *options.materials,
-                                                  diagnostics);
+    const GobosOfLight gobos = [&](const scene::MeshLight& light) {
+        return preparation.gobo_loader(light);
+    };
+    if (options.geometry != nullptr && options.materials != nullptr)
+        emission_ = std::make_unique<SurfaceEmission>(scene, *options.geometry, *options.materials,
+                                                      gobos, diagnostics);
+    unread_textures_ = preparation.unread_textures();
+    if (!emission_) return;
     surfaces_ = std::make_unique<EmissiveSurfaces>(scene, *options.geometry, *options.materials,
                                                    *emission_, options.by_area);
     if (surfaces_->item_count() == 0) surfaces_.reset();
@@ -269,9 +315,10 @@ LobeMultipliers LightSet::lobe_multipliers(LightId id) const {
 SurfaceRadiance LightSet::surface_radiance(const geometry::SurfacePoint& point,
                                            const Vec3& wo,
                                            float footprint,
-                                           EmissionReceiver emission_receiver) const {
+                                           EmissionReceiver emission_receiver,
+                                           const Vec3* filtered_for) const {
     SurfaceRadiance out;
-    out.Le = emission_->radiance(point, wo, footprint, emission_receiver);
+    out.Le = emission_->radiance(point, wo, footprint, emission_receiver, filtered_for);
     const scene::MeshLight* light = emission_->light(point.instance, point.shape);
     out.group = light ? light->group : scene_->emissive_group();
     // A material that shows itself is no light to who sees it
@@ -397,9 +444,16 @@ Rgb LightSet::background(const Vec3& d) const {
     Rgb sum(0.0f);
     for (const uint32_t index : infinite_) {
         const std::optional<LightHit> hit = intersect(index, Vec3(0.0f), d);
-        if (hit) sum += hit->Le;
+        if (hit) sum += unfiltered_radiance(*hit, Vec3(0.0f), d);
     }
     return sum;
+}
+
+Rgb LightSet::unfiltered_radiance(const LightHit& hit, const Vec3& o, const Vec3& d) const {
+    if (!is_filtered(hit.light)) return hit.Le;
+    const std::optional<EmitterHit> h =
+        emitters_[hit.light]->unfiltered().intersect(to_double(o), unit_direction(d));
+    return h ? h->Le : Rgb(0.0f);
 }
 
 void LightSet::for_each_hit_raw(

@@ -123,6 +123,9 @@ class LightSet {
     /// True when camera rays see the light itself.
     bool is_camera_visible(uint32_t index) const { return records_[index].is_camera_visible; }
 
+    /// True when light filters act on the light.
+    bool is_filtered(uint32_t index) const { return records_[index].is_filtered; }
+
     /// True when the light is sampled through portals: its pdf then depends on the receiver.
     bool has_portals(uint32_t index) const { return records_[index].has_portals; }
 
@@ -178,11 +181,13 @@ class LightSet {
     bool can_emit(const geometry::SurfacePoint& point) const { return emission_->can_emit(point); }
 
     /// Emitted radiance towards wo, not multiplied by presence.
-    /// Args: footprint: width of the ray cone at the point [scene unit], filters textures.
+    /// Args: footprint: width of the ray cone at the point [scene unit], filters textures;
+    ///       filtered_for: position of the receiver, for light filters; null: without them.
     SurfaceRadiance surface_radiance(const geometry::SurfacePoint& point,
                                      const Vec3& wo,
                                      float footprint,
-                                     EmissionReceiver emission_receiver) const;
+                                     EmissionReceiver emission_receiver,
+                                     const Vec3* filtered_for) const;
 
     // Sampling of a direction from a receiver
 
@@ -240,13 +245,18 @@ class LightSet {
             &visit);
     }
 
+    /// Radiance of the light itself along the ray of a hit, which is what the camera sees: light
+    /// filters act on what the light illuminates.
+    Rgb unfiltered_radiance(const LightHit& hit, const Vec3& o, const Vec3& d) const;
+
     /// True when for_each_hit() with this t_max reports a hit that it reports with infinity.
     bool is_within(const LightHit& hit, float t_max) const {
         return hit.t < t_max ||
                (std::isinf(hit.t) && (std::isinf(t_max) || !is_infinite(hit.light)));
     }
 
-    /// Background: summed radiance of the dome and non-delta distant lights in direction d.
+    /// Background: summed radiance of the dome and non-delta distant lights in direction d, without
+    /// light filters.
     Rgb background(const Vec3& d) const;
 
     // Bounds and powers for light selection
@@ -279,6 +289,7 @@ class LightSet {
         scene::GroupId group = 0;
         LobeMultipliers multipliers;
         bool is_infinite = false, is_camera_visible = true, has_portals = false;
+        bool is_filtered = false;
         const scene::LightLinks* links = nullptr;
     };
 

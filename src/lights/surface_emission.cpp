@@ -3,11 +3,13 @@
 
 #include "geometry/geometry_set.h"
 #include "lights/emitter.h"
+#include "lights/length_of.h"
 #include "scene/effect_calls.h"
 #include "shading/material_evaluator.h"
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace velatura::lights {
 
@@ -31,12 +33,13 @@ double area_of(const geometry::TriangleMesh& mesh, const Mat4d& m) {
 SurfaceEmission::SurfaceEmission(const scene::Scene& scene,
                                  const geometry::GeometrySet& geometry,
                                  const shading::MaterialEvaluator& materials,
+                                 const GobosOfLight& gobos,
                                  Diagnostics& diagnostics)
     : scene_(scene), geometry_(geometry), materials_(materials) {
     if (scene.mesh_lights.empty()) return;
     lacks_area_.assign(scene.mesh_lights.size(), false);
-    place_direct();
-    place_instances();
+    place_direct(gobos);
+    place_instances(gobos);
     for (uint32_t light = 0; light < lacks_area_.size(); ++light)
         if (lacks_area_[light]) warn_without_area(light, diagnostics);
 }
@@ -51,7 +54,8 @@ void SurfaceEmission::warn_without_area(uint32_t light, Diagnostics& diagnostics
 
 SurfaceEmission::Placed SurfaceEmission::place(uint32_t light,
                                                double area,
-                                               const Mat4d& render_from_parent) {
+                                               const Mat4d& render_from_parent,
+                                               const GobosOfLight& gobos) {
     const scene::MeshLight& l = scene_.mesh_lights[light];
     Placed out;
     out.light = light;
@@ -69,20 +73,28 @@ SurfaceEmission::Placed SurfaceEmission::place(uint32_t light,
         out.shaping = uint32_t(shapings_.size());
         shapings_.push_back({shaping, float(shaping.mean_over_sphere())});
     }
+    if (!l.filters.empty()) {
+        FilterChain filters(l.filters, render_from_parent, gobos(l));
+        if (!filters.is_empty()) {
+            out.filters = uint32_t(filters_.size());
+            filters_.push_back(std::move(filters));
+        }
+    }
     return out;
 }
 
-void SurfaceEmission::place_direct() {
+void SurfaceEmission::place_direct(const GobosOfLight& gobos) {
     of_shape_.assign(scene_.shapes.size(), scene::none);
     for (uint32_t shape = 0; shape < scene_.shapes.size(); ++shape) {
         const scene::MeshLightId light = scene_.shapes[shape].light;
         if (light == scene::none) continue;
         of_shape_[shape] = uint32_t(placed_.size());
-        placed_.push_back(place(light, area_of(geometry_.shapes()[shape], Mat4d()), Mat4d()));
+        placed_.push_back(
+            place(light, area_of(geometry_.shapes()[shape], Mat4d()), Mat4d(), gobos));
     }
 }
 
-void SurfaceEmission::place_instances() {
+void SurfaceEmission::place_instances(const GobosOfLight& gobos) {
     struct Lamp {
         uint32_t shape;
         scene::MeshLightId light;
@@ -111,7 +123,7 @@ void SurfaceEmission::place_instances() {
         for (const Lamp& lamp : lamps[p]) {
             const double area = keeps_shapes ? lamp.area * std::cbrt(sqr(determinant3(m)))
                                              : area_of(geometry_.prototypes()[p][lamp.shape], m);
-            placed_.push_back(place(lamp.light, area, m));
+            placed_.push_back(place(lamp.light, area, m, gobos));
         }
     }
 }
@@ -156,23 +168,28 @@ bool SurfaceEmission::can_emit(const geometry::SurfacePoint& point) const {
 Rgb SurfaceEmission::radiance(const geometry::SurfacePoint& point,
                               const Vec3& wo,
                               float footprint,
-                              EmissionReceiver emission_receiver) const {
+                              EmissionReceiver emission_receiver,
+                              const Vec3* filtered_for) const {
     const Placed* placed = find(point.instance, point.shape);
     scene::count_call(placed ? scene::Effect::MeshLights : scene::Effect::SurfaceEmission);
     if (!placed) return materials_.emission(point, wo, footprint);
     const scene::MeshLight& l = scene_.mesh_lights[placed->light];
     if (emission_receiver == EmissionReceiver::Camera && l.shows_material)
         return materials_.emission(point, wo, footprint);
-    const Rgb Le = unshaped(*placed, point, wo, footprint);
-    if (placed->shaping == scene::none) return Le;
-    return Le * shapings_[placed->shaping].shaping.factor(Vec3d(wo));
+    Rgb Le = unshaped(*placed, point, wo, footprint);
+    if (placed->shaping != scene::none) Le *= shapings_[placed->shaping].shaping.factor(Vec3d(wo));
+    if (placed->filters == scene::none || !filtered_for) return Le;
+    const Vec3d p(*filtered_for);
+    const double distance = length_of(Vec3d(point.p) - p);
+    return filters_[placed->filters].apply(Le, {p, Vec3d(-wo), distance});
 }
 
 Rgb SurfaceEmission::mean_radiance(const geometry::SurfacePoint& point, float footprint) const {
     const Placed* placed = find(point.instance, point.shape);
     if (!placed) return materials_.emission(point, point.ng, footprint);
-    const Rgb Le = unshaped(*placed, point, point.ng, footprint);
-    return placed->shaping == scene::none ? Le : Le * shapings_[placed->shaping].mean;
+    Rgb Le = unshaped(*placed, point, point.ng, footprint);
+    if (placed->shaping != scene::none) Le *= shapings_[placed->shaping].mean;
+    return placed->filters == scene::none ? Le : Le * float(filters_[placed->filters].peak());
 }
 
 Rgb SurfaceEmission::unshaped(const Placed& placed,

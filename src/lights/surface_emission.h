@@ -4,10 +4,12 @@
 #include "base/diagnostics.h"
 #include "base/math.h"
 #include "geometry/surface_point.h"
+#include "lights/light_filter.h"
 #include "lights/shaping.h"
 #include "scene/scene.h"
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace velatura::geometry {
@@ -27,14 +29,19 @@ enum class EmissionReceiver : uint8_t {
     Scattering  ///< a non-delta scattering event, by light or BSDF sampling: illumination
 };
 
+/// Reads the gobos of a mesh light.
+using GobosOfLight = std::function<GoboLoader(const scene::MeshLight& light)>;
+
 /// Emission of the surfaces of a scene, by their materials or as mesh lights. Immutable, safe to
 /// share among threads; the scene, the geometry and the materials must outlive it.
 class SurfaceEmission {
   public:
-    /// A normalized light on a placement without area emits nothing, with a warning.
+    /// A normalized light on a placement without area emits nothing, with a warning. gobos: reads
+    /// textures of light filters.
     SurfaceEmission(const scene::Scene& scene,
                     const geometry::GeometrySet& geometry,
                     const shading::MaterialEvaluator& materials,
+                    const GobosOfLight& gobos,
                     Diagnostics& diagnostics);
 
     /// True when some surface can illuminate the scene.
@@ -47,11 +54,13 @@ class SurfaceEmission {
     /// True when the point can emit towards some receiver; two comparisons for most points.
     bool can_emit(const geometry::SurfacePoint& point) const;
 
-    /// Emitted radiance towards wo (unit, render space), not multiplied by presence.
+    /// Emitted radiance towards wo (unit, render space), not multiplied by presence. filtered_for:
+    /// position of the receiver, for light filters; null: without them.
     Rgb radiance(const geometry::SurfacePoint& point,
                  const Vec3& wo,
                  float footprint,
-                 EmissionReceiver emission_receiver) const;
+                 EmissionReceiver emission_receiver,
+                 const Vec3* filtered_for) const;
 
     /// True when mean_radiance() is constant over triangles of this material.
     bool is_constant(uint32_t instance, uint32_t shape, scene::MaterialId material) const;
@@ -71,6 +80,7 @@ class SurfaceEmission {
         Rgb Le = Rgb(0.0f);
         uint32_t light = scene::none;
         uint32_t shaping = scene::none;  // of shapings_
+        uint32_t filters = scene::none;  // of filters_
     };
 
     /// A shaping that is active, and the part of all emission that it leaves.
@@ -84,9 +94,12 @@ class SurfaceEmission {
                  const Vec3& wo,
                  float footprint) const;
     const Placed* find(uint32_t instance, uint32_t shape) const;
-    Placed place(uint32_t light, double area, const Mat4d& render_from_parent);
-    void place_direct();
-    void place_instances();
+    Placed place(uint32_t light,
+                 double area,
+                 const Mat4d& render_from_parent,
+                 const GobosOfLight& gobos);
+    void place_direct(const GobosOfLight& gobos);
+    void place_instances(const GobosOfLight& gobos);
     void warn_without_area(uint32_t light, Diagnostics& diagnostics) const;
 
     const scene::Scene& scene_;
@@ -94,6 +107,7 @@ class SurfaceEmission {
     const shading::MaterialEvaluator& materials_;
     std::vector<Placed> placed_;
     std::vector<Shaped> shapings_;
+    std::vector<FilterChain> filters_;
     std::vector<uint32_t> of_shape_;  // [shape placed directly], of placed_
     std::vector<std::vector<uint32_t>>
         slot_;                           // [prototype][shape], among the lights of one placement

@@ -146,14 +146,53 @@ auto members(const scene::LightLinks& v) {
     return std::tie(a, b, c, d, e, f);
 }
 
+auto members(const scene::RoundedBox& v) {
+    const auto& [a, b, c, d, e, f, g] = v;
+    return std::tie(a, b, c, d, e, f, g);
+}
+
+auto members(const scene::FilterProjection& v) {
+    const auto& [a, b, c] = v;
+    return std::tie(a, b, c);
+}
+
+auto members(const scene::IntensityFilter&) {
+    return std::tie();
+}
+
+auto members(const scene::RampFilter& v) {
+    const auto& [a, b, c, d, e, f] = v;
+    return std::tie(a, b, c, d, e, f);
+}
+
+auto members(const scene::RodFilter& v) {
+    const auto& [a] = v;
+    return std::tie(a);
+}
+
+auto members(const scene::BarnDoorFilter& v) {
+    const auto& [a, b, c, d] = v;
+    return std::tie(a, b, c, d);
+}
+
+auto members(const scene::GoboFilter& v) {
+    const auto& [a, b, c, d, e, f, g, h, i, j] = v;
+    return std::tie(a, b, c, d, e, f, g, h, i, j);
+}
+
+auto members(const scene::LightFilter& v) {
+    const auto& [a, b, c, d, e, f, g] = v;
+    return std::tie(a, b, c, d, e, f, g);
+}
+
 auto members(const scene::Light& v) {
-    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t] = v;
-    return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t);
+    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, w] = v;
+    return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, w);
 }
 
 auto members(const scene::MeshLight& v) {
-    const auto& [a, b, c, d, e, f, g, h, i, j, k, l] = v;
-    return std::tie(a, b, c, d, e, f, g, h, i, j, k, l);
+    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m] = v;
+    return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m);
 }
 
 auto members(const scene::LightGroup& v) {

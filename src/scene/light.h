@@ -4,6 +4,7 @@
 #include "base/math.h"
 #include "scene/ids.h"
 #include "scene/ies_profile.h"
+#include "scene/light_filter.h"
 #include "scene/linking.h"
 #include "scene/texture.h"
 
@@ -56,8 +57,11 @@ struct Light {
     /// light comes through them towards −Z. They guide sampling and change no image.
     std::vector<Mat4d> render_from_portals;
     float diffuse_multiplier = 1.0f, specular_multiplier = 1.0f;
+    std::vector<LightFilter> filters;  ///< in the order in which they act
     bool is_camera_visible = true;
     LightLinks links;
+    /// The same light as one before it, for geometry that fewer of its filters are linked to.
+    bool is_filter_copy = false;
     ProvenanceId provenance = none;
 };
 
@@ -80,6 +84,7 @@ struct MeshLight {
     Mat4d parent_from_light;  ///< the prim's own space, whose −Z is the axis of the shaping, in the
                               ///< space of its shape
     float diffuse_multiplier = 1.0f, specular_multiplier = 1.0f;
+    std::vector<LightFilter> filters;  ///< in the order in which they act
     LightLinks links;
     ProvenanceId provenance = none;
 };

@@ -4,6 +4,7 @@
 #include "base/nearest_names.h"
 #include "translate/context/values.h"
 #include "translate/known_names.h"
+#include "translate/lights/light_filters.h"
 #include "translate/schema_support.h"
 #include "usd/layer/type_name.h"
 #include "usd/stage/schema_fallbacks.h"
@@ -178,6 +179,7 @@ class NameCheck {
     }
 
     void check(Prim prim) {
+        if (lights::is_light_filter(prim)) return;
         check_type(prim);
         for (const std::string& key : prim.metadata_keys()) {
             const std::string nearest = nearest_spelling(key, prim_metadata());

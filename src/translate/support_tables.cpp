@@ -75,8 +75,6 @@ constexpr UnusedAttribute unused[] = {
     {"CylinderLight", "light:shaderId", NoEffect},
     {"CylinderLight", "treatAsLine", NoEffect},
     {"PortalLight", "light:shaderId", NoEffect},
-    {"LightFilter", "collection:filterLink:includeRoot", NoEffect},
-    {"LightFilter", "lightFilter:shaderId", NoEffect},
     {"Shader", "info:implementationSource", Warned,
      "shader source code is not supported; info:id selects the shader"},
     {"UsdPreviewSurface", "inputs:occlusion", Warned},

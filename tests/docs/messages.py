@@ -13,7 +13,7 @@ import checks
 # Kebab-case strings that are no codes: values of options, limits, features, ledger entries, reasons, programs
 OTHER_WORDS = set("""
     adaptive-sampling arc-cycle arc-to-prohibited-child array-bytes blackman-harris blue-noise bounce-layers camera-blur capacity-exceeded
-    caster-layers caustic-search caustic-trial-cap clamp-layers data-layers decode-memory decode-time deep-samples deformation-blur
+    caster-layers catmull-rom caustic-search caustic-trial-cap clamp-layers data-layers decode-memory decode-time deep-samples deformation-blur
     depth-of-field diffuse-transmission effect-left-out environment-maps gave-up global-area half-images id-mattes inconsistent-property-type
     interior-media lobe-matrix invalid-asset-path invalid-authored-relocation invalid-conflicting-relocation invalid-external-target-path
     invalid-instance-target-path invalid-prim-path invalid-reference-offset invalid-same-target-relocations invalid-sublayer-offset

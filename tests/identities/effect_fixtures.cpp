@@ -245,6 +245,12 @@ constexpr EffectFixture fixtures[] = {
      "def SphereLight \"L\" (prepend apiSchemas = [\"ShadowAPI\"]) { color3f inputs:shadow:color = "
      "(0, 0, 0) }",
      true},
+    {Effect::LightFilters, "intensity",
+     "def PxrIntMultLightFilter \"F\" { float inputs:intensity = 0.5 }\ndef SphereLight \"L\" { "
+     "float inputs:intensity = 2\n rel light:filters = <@@/F> }",
+     "def PxrIntMultLightFilter \"F\" { float inputs:intensity = 0.5 }\ndef SphereLight \"L\" { "
+     "float inputs:intensity = 0\n rel light:filters = <@@/F> }",
+     true},
     {Effect::LightSelection, "second light", "def SphereLight \"L\" { float inputs:intensity = 1 }",
      "def SphereLight \"L\" { float inputs:intensity = 0 }", true},
     {Effect::Environment, "dome", "def DomeLight \"D\" { float inputs:intensity = 0.5 }",

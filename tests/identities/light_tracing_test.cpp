@@ -358,6 +358,52 @@ TEST(LightTracing, EachLayerHasTheMeanOfPaths) {
     EXPECT_LT(detectable, 0.25);
 }
 
+// What a filter does depends on the segment between lamp and mirror, whoever finds it.
+TEST(LightTracing, FilteredLampsHaveTheMeanOfPaths) {
+    const std::string camera =
+        "float focalLength = 36\nfloat horizontalAperture = 24\nfloat verticalAperture = 24";
+    const std::string lamp = R"usda(def SphereLight "L" {
+    float inputs:intensity = 10
+    float inputs:radius = 0.6
+    rel light:filters = [</Rod>, </Ramp>]
+    double3 xformOp:translate = (0, 2.5, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+)usda";
+    const std::string filters = R"usda(def PxrRodLightFilter "Rod" {
+    float inputs:ri:lightFilter:edge = 0.8
+    float inputs:ri:lightFilter:depth = 4
+    float inputs:ri:lightFilter:intensity = 0.25
+    double3 xformOp:translate = (2, 0.9, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+def PxrRampLightFilter "Ramp" {
+    float inputs:ri:lightFilter:beginDist = 1
+    float inputs:ri:lightFilter:endDist = 4
+}
+)usda";
+    const auto measured = [&](const std::string& text, Caustics caustics) {
+        // Paths seldom meet the lamp by way of the mirror
+        const uint64_t samples = caustics == Caustics::Path ? 2048 : 512;
+        return second_bounce(scene_from_usda(text, 12, 12), samples,
+                             RenderSetup{.caustics = caustics});
+    };
+    const std::string text = mirror_usda(camera, lamp + filters);
+    const Measured paths = measured(text, Caustics::Path);
+    scene::Scene bare = scene_from_usda(text, 12, 12);
+    bare.lights.at(0).filters.clear();
+    EXPECT_LT(paths.mean,
+              0.6 * second_bounce(bare, 64, RenderSetup{.caustics = light_tracing}).mean);
+    for (const Caustics caustics : {Caustics::Manifold, light_tracing}) {
+        const Measured other = measured(text, caustics);
+        const double error = std::hypot(paths.standard_error, other.standard_error);
+        fmt::print("paths {:.6g}, other {:.6g}, detectable {:.2g}\n", paths.mean, other.mean,
+                   5.2816 * error / paths.mean);
+        EXPECT_NEAR(other.mean, paths.mean, 4.0 * error);
+        EXPECT_LT(error, 0.03 * paths.mean);
+    }
+}
+
 TEST(LightTracing, OneImageHoweverItIsMade) {
     const scene::Scene scene = scene_from_usda(casters_usda(), 40, 24);
     const RenderOptions options = options_of(40, true);

@@ -2,6 +2,7 @@
 // Light and shadow linking from USD to the film: linking of everything is no linking, bit for bit;
 // a scene with linking is one image however it is made; branches, guiding and solved caustics
 // keep the mean of every layer; and what is linked away is as if it were not there.
+#include "integrator/effect_plan.h"
 #include "usd_render.h"
 
 #include <gtest/gtest.h>
@@ -205,6 +206,43 @@ TEST(Linking, OfShadowsLeavesLightAsIfTheBlockerWereNotThere) {
         taken += std::abs(shadow[i] - without[i]);
     }
     EXPECT_GT(taken, 0.01) << "the ball is in the way";
+}
+
+// A filter that is linked to some geometry makes of its light what two lights would be.
+TEST(FilterLinking, IsThatOfTwoLightsBitForBit) {
+    const std::string walls = camera() + wall("Back", -6.0f, 4.0f) + wall("Front", -4.0f, 0.5f);
+    const auto linked = [](const std::string& collection) {
+        return "uniform bool collection:" + collection +
+               ":includeRoot = 0\nrel collection:" + collection + ":includes = </Front>\n";
+    };
+    const auto lamp = [](const std::string& name, const std::string& body) {
+        return placed(
+            "SphereLight", name, "0, 5, -1",
+            "string velatura:light:group = \"key\"\nfloat inputs:intensity = 20\n" + body);
+    };
+    const auto gel = [](const std::string& links) {
+        return "def PxrIntMultLightFilter \"F\" {\nfloat inputs:ri:lightFilter:intensity = 0.25\n" +
+               links + "\n}\n";
+    };
+    const std::string filters = "rel light:filters = </F>\n";
+    const auto image = [&](const std::string& text) {
+        return render_scene(scene_from_usda(text, width, height), options_of(8));
+    };
+    const uint64_t by_filter =
+        fingerprint(image(walls + lamp("L", filters) + gel(linked("filterLink"))));
+    const uint64_t by_lights =
+        fingerprint(image(walls + lamp("L", filters + linked("lightLink")) +
+                          lamp("M", "rel collection:lightLink:excludes = </Front>") + gel("")));
+    EXPECT_EQ(by_filter, by_lights);
+    // Both parts matter
+    EXPECT_NE(by_filter, fingerprint(image(walls + lamp("L", filters) + gel(""))));
+    EXPECT_NE(by_filter, fingerprint(image(walls + lamp("L", ""))));
+    // Without linking the filter acts on everything, once
+    scene::Scene scene =
+        scene_from_usda(walls + lamp("L", filters) + gel(linked("filterLink")), width, height);
+    const uint64_t everywhere = fingerprint(image(walls + lamp("L", filters) + gel("")));
+    integrator::omit(scene, scene::Effect::LightLinking);
+    EXPECT_EQ(fingerprint(render_scene(scene, options_of(8))), everywhere);
 }
 
 }  // namespace velatura::test

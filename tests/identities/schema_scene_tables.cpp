@@ -388,6 +388,16 @@ def Material "Metal" {
     read("ShapingAPI", "inputs:shaping:ies:normalize", shaped(profile + "$"),
          "bool inputs:shaping:ies:normalize = 1", 1,
          [](const scene::Light& l) { return l.shaping.ies_normalize ? 1.0 : 0.0; });
+    const auto filtered = [&](const std::string& body) {
+        return light("RectLight", up + "rel light:filters = </F>\n") + plane +
+               "def LightFilter \"F\" {\nfloat inputs:intensity = 0.5\n" + body + "\n}\n";
+    };
+    const std::string filter_id =
+        "uniform token lightFilter:shaderId = \"PxrIntMultLightFilter\"\n";
+    add("LightFilter", "lightFilter:shaderId", filtered("$"), filter_id,
+        rect("float inputs:intensity = 0.5"));
+    add("LightFilter", "collection:filterLink:includeRoot", filtered(filter_id + "$"),
+        "uniform bool collection:filterLink:includeRoot = 0", rect(""));
     // Sizes, against scales
     const auto sized = [&](const char* type, const char* attribute, const std::string& authored,
                            const std::string& scale) {

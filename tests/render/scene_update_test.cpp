@@ -23,6 +23,7 @@ struct StageState {
     double camera_x = 0;
     int width = 12;
     double key = 4, fill = 2;
+    double gel = 1;  ///< of the filter of the key
     double roughness = 0.5, glow = 0;
     double stone_x = 0, block_size = 1;
     double cage_size = 0;  ///< 0: none; a subdivision surface
@@ -77,12 +78,17 @@ def PointInstancer "Stones"
 def SphereLight "Key"
 {{
     float inputs:intensity = {}
+    rel light:filters = </Gel>
     double3 xformOp:translate = (1, 3, 2)
     uniform token[] xformOpOrder = ["xformOp:translate"]
 }}
+def PxrIntMultLightFilter "Gel"
+{{
+    float inputs:ri:lightFilter:intensity = {}
+}}
 )usda",
                     camera_x, int(s.catches), s.roughness, s.glow, s.block_size,
-                    s.is_block_visible ? "inherited" : "invisible", s.stone_x, s.key);
+                    s.is_block_visible ? "inherited" : "invisible", s.stone_x, s.key, s.gel);
     if (s.has_ball) text += "def Sphere \"Ball\"\n{\n    double radius = 0.5\n}\n";
     if (s.has_fill)
         text += fmt::format("def DomeLight \"Fill\"\n{{\n    float inputs:intensity = {}\n}}\n",
@@ -140,6 +146,7 @@ const std::vector<Turn>& turns() {
         [](StageState& s, double u) { s.width = 8 + int(8 * u); },
         [](StageState& s, double u) { s.key = 8 * u; },
         [](StageState& s, double u) { s.fill = 4 * u; },
+        [](StageState& s, double u) { s.gel = 2 * u; },
         [](StageState& s, double u) { s.roughness = u; },
         [](StageState& s, double u) { s.glow = u < 0.5 ? 0 : u; },
         [](StageState& s, double u) { s.stone_x = 2 * u - 1; },

@@ -197,12 +197,6 @@ scene::LightLinks read_shadow(Context& ctx, Prim light) {
 }
 
 void warn_light_features(Context& ctx, Prim prim) {
-    if (!prim.relationship("light:filters").targets().empty() ||
-        !prim.relationship("filters").targets().empty()) {
-        ctx.note_not_simulated(scene::Effect::LightFilters, prim, "light filters");
-        ctx.warn("unsupported-light-filter", prim,
-                 "light filters are not supported, the light is unfiltered");
-    }
     warn_old_names(ctx, prim);
 }
 

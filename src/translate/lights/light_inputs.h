@@ -28,7 +28,7 @@ scene::Shaping read_shaping(Context& ctx, Prim prim);
 /// UsdLuxShadowAPI, but for shadow:enable, which link_all() reads.
 scene::LightLinks read_shadow(Context& ctx, Prim light);
 
-/// Names features of the light that are not honored: filters, attributes of old schemas.
+/// Names features of the light that are not honored: attributes of old schemas.
 void warn_light_features(Context& ctx, Prim prim);
 
 }  // namespace velatura::translate::lights

@@ -5,6 +5,7 @@
 #include "translate/context/instance_source.h"
 #include "translate/context/values.h"
 #include "translate/lights/light_area.h"
+#include "translate/lights/light_filters.h"
 #include "translate/lights/light_groups.h"
 #include "translate/lights/light_inputs.h"
 #include "translate/lights/mesh_lights.h"
@@ -226,6 +227,7 @@ bool read_light(Context& ctx,
         (light_input(ctx, prim, "diffuse").has_authored_value() ||
          light_input(ctx, prim, "specular").has_authored_value()))
         ctx.note_zero(scene::Effect::LobeMultipliers, prim, "inputs:diffuse and inputs:specular 1");
+    light.filters = read_filters(ctx, {prim, render_from_light, light.shaping.cone_angle_deg});
     light.links = read_shadow(ctx, prim);
     warn_light_features(ctx, prim);
     light.group = join_light_group(ctx, prim);

@@ -2,6 +2,7 @@
 #include "translate/lights/mesh_lights.h"
 
 #include "translate/context/values.h"
+#include "translate/lights/light_filters.h"
 #include "translate/lights/light_groups.h"
 #include "translate/lights/light_inputs.h"
 #include "translate/lights/lights.h"
@@ -89,6 +90,7 @@ void make_mesh_light(Context& ctx, Prim prim, const Mat4d& parent_from_light, sc
     light.parent_from_light = parent_from_light;
     light.diffuse_multiplier = float(input_number(ctx, prim, "diffuse", 1.0));
     light.specular_multiplier = float(input_number(ctx, prim, "specular", 1.0));
+    light.filters = read_filters(ctx, {prim, parent_from_light, light.shaping.cone_angle_deg});
     light.links = read_shadow(ctx, prim);
     warn_light_features(ctx, prim);
 

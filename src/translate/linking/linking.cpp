@@ -3,6 +3,7 @@
 
 #include "translate/context/instance_source.h"
 #include "translate/context/values.h"
+#include "translate/lights/light_filters.h"
 #include "translate/lights/light_inputs.h"
 #include "translate/lights/lights.h"
 #include "translate/linking/link_subsets.h"
@@ -11,6 +12,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 #include <map>
 #include <optional>
@@ -105,11 +107,13 @@ class Linker {
         bool is_seen = true;  ///< by the camera
         uint32_t lit = everything, casters = everything;
         bool casts_nothing = false;
+        std::vector<uint32_t> filters;  ///< [filter of the light], what it acts on
     };
 
     void read_collections() {
         const auto& found = ctx_.state<lights::CollectedLights>();
-        for (const lights::CollectedLights::Placed& light : found.placed) {
+        for (size_t i = 0; i < found.placed.size(); ++i) {
+            const lights::CollectedLights::Placed& light = found.placed[i];
             const LinkPathMapping& place = places_.list[light.place];
             const Prim prim = ctx_.stage.prim_at(map_path(place, light.prim.path()));
             lights_.push_back(read_request(prim ? prim : light.prim));
@@ -120,8 +124,30 @@ class Linker {
             lights_.back().is_seen =
                 is_in_pass &&
                 is_light_seen(ctx_, light.prim, visibility_at(ctx_, place, light.prim.path()));
+            for (const scene::LightFilter& filter : ctx_.scene.lights[i].filters)
+                lights_.back().filters.push_back(read_filter_collection(filter));
         }
-        for (const Prim prim : found.mesh_lights) mesh_lights_.push_back(read_request(prim));
+        for (size_t i = 0; i < found.mesh_lights.size(); ++i) {
+            mesh_lights_.push_back(read_request(found.mesh_lights[i]));
+            warn_of_filter_links(ctx_.scene.mesh_lights[i]);
+        }
+    }
+
+    uint32_t read_filter_collection(const scene::LightFilter& filter) {
+        const Prim prim = ctx_.stage.prim_at(filter.name);
+        return prim ? read_collection(prim, "filterLink") : everything;
+    }
+
+    /// A mesh light is a surface, which cannot be one for some geometry and another for the rest.
+    void warn_of_filter_links(const scene::MeshLight& light) {
+        for (const scene::LightFilter& filter : light.filters) {
+            const Prim prim = ctx_.stage.prim_at(filter.name);
+            if (prim && is_linked(ctx_, prim, "filterLink"))
+                ctx_.warn("unsupported-light-linking", prim,
+                          fmt::format("filterLink is not supported for filters of geometry that is "
+                                      "a light; the filter acts on everything that <{}> lights",
+                                      light.name));
+        }
     }
 
     Request read_request(Prim light) {
@@ -373,11 +399,55 @@ class Linker {
         if (!visible.has(RayKind::Reflection)) light.specular_multiplier = 0.0f;
     }
 
+    /// The filters of a light that act on a class.
+    std::vector<bool> filters_of(const Request& request, LinkClass c) const {
+        std::vector<bool> acting;
+        for (const uint32_t query : request.filters)
+            acting.push_back(query == everything || traits_[c].members[query]);
+        return acting;
+    }
+
+    /// A light whose filters act on some geometry alone becomes several, with as many of the
+    /// filters each as act on what it is lit by: their links are those of the light and leave
+    /// nothing twice. The camera sees one of them.
+    void divide_by_filters(size_t i) {
+        const Request& request = lights_[i];
+        if (std::all_of(request.filters.begin(), request.filters.end(),
+                        [](uint32_t query) { return query == everything; }))
+            return;
+        const scene::LinkSetId lit = ctx_.scene.lights[i].links.lit;
+        // The light that keeps most filters comes first
+        std::map<std::vector<bool>, LinkSet, std::greater<>> parts;
+        for (LinkClass c = 0; c < traits_.size(); ++c) {
+            if (!occurs_[c] || (lit != none && !ctx_.scene.linking.sets[lit].holds(c))) continue;
+            const std::vector<bool> acting = filters_of(request, c);
+            parts.try_emplace(acting, LinkSet(traits_.size())).first->second.add(c);
+        }
+        const scene::Light whole = ctx_.scene.lights[i];
+        bool is_first = true;
+        for (const auto& [acting, classes] : parts) {
+            scene::Light part = whole;
+            part.filters.clear();
+            for (size_t k = 0; k < acting.size(); ++k)
+                if (acting[k]) part.filters.push_back(whole.filters[k]);
+            if (parts.size() > 1) part.links.lit = set_id(classes);
+            part.is_filter_copy = !is_first;
+            if (is_first) {
+                ctx_.scene.lights[i] = std::move(part);
+            } else {
+                part.is_camera_visible = false;
+                ctx_.scene.lights.push_back(std::move(part));
+            }
+            is_first = false;
+        }
+    }
+
     void link_lights() {
         for (size_t i = 0; i < lights_.size(); ++i) {
             link(lights_[i], ctx_.scene.lights[i].links);
             ctx_.scene.lights[i].is_camera_visible = lights_[i].is_seen;
         }
+        for (size_t i = 0; i < lights_.size(); ++i) divide_by_filters(i);
         const AuthoredVisibility& authored = ctx_.state<AuthoredVisibility>();
         for (size_t i = 0; i < mesh_lights_.size(); ++i) {
             link(mesh_lights_[i], ctx_.scene.mesh_lights[i].links);
@@ -415,6 +485,10 @@ bool note_linking(Context& ctx, Prim light) {
     for (const char* collection : {"lightLink", "shadowLink"}) {
         is_any = is_linked(ctx, light, collection) || is_any;
         warn_idle_expression(ctx, light, collection);
+    }
+    for (const Prim filter : lights::filter_prims(ctx, light)) {
+        is_any = is_linked(ctx, filter, "filterLink") || is_any;
+        warn_idle_expression(ctx, filter, "filterLink");
     }
     bool& is_kept = ctx.state<LinkPathMappings>().is_kept;
     is_kept = is_kept || is_any;

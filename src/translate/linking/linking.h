@@ -39,8 +39,8 @@ struct LinkPathMappings {
     }
 };
 
-/// Notes whether the light's collections lightLink and shadowLink say more than "everything", so
-/// that places of instances are kept. Returns it.
+/// Notes whether the light's collections lightLink and shadowLink, or filterLink of its filters,
+/// say more than "everything", so that places of instances are kept. Returns it.
 bool note_linking(Context& ctx, Prim light);
 
 /// Whether a render pass tells geometry apart by where it stands.

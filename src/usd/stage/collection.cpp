@@ -96,7 +96,10 @@ void CollectionQuery::add_collection(Prim prim,
     if (!open.insert(key).second) return;
     const Relationship includes = prim.relationship(base + "includes");
     const Relationship excludes = prim.relationship(base + "excludes");
-    const auto include_root = prim.attribute(base + "includeRoot").get<bool>().value_or(false);
+    // Filters of renderers whose schemas are not known here derive from UsdLuxLightFilter, whose
+    // filterLink has the root
+    const bool has_root = name == "filterLink";
+    const auto include_root = prim.attribute(base + "includeRoot").get<bool>().value_or(has_root);
     const std::string expansion =
         prim.attribute(base + "expansionRule").get<std::string>().value_or("expandPrims");
     const Rule rule = expansion == "explicitOnly" ? Rule::ExplicitOnly : Rule::ExpandPrims;

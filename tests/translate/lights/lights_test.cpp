@@ -376,6 +376,7 @@ def SphereLight "L" (prepend apiSchemas = ["ShapingAPI", "ShadowAPI"]) {
     asset inputs:shaping:ies:file = @a.ies@
     rel light:filters = </F>
 }
+def LightFilter "F" { uniform token lightFilter:shaderId = "OwnFilter"; }
 def GeometryLight "P" {}
 def SphereLight "None" { float inputs:radius = 0; }
 )",
