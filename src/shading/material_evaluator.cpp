@@ -5,7 +5,6 @@
 #include "geometry/geometry_set.h"
 #include "geometry/triangle_mesh.h"
 #include "scene/effect_calls.h"
-#include "shading/dispersion.h"
 
 #include <algorithm>
 #include <cmath>
@@ -147,6 +146,7 @@ MaterialEvaluator::MaterialEvaluator(const scene::Scene& scene,
 void MaterialEvaluator::update(Diagnostics& diagnostics) {
     const scene::Scene& scene = scene_;
     const scene::EffectSet forced = forced_;
+    wavelength_bands_ = wavelength_bands(scene.settings.working_space);
     flags_.clear();
     has_presence_ = has_emission_ = is_see_through_ = has_absorption_ = has_interior_media_ =
         has_priorities_ = has_subsurface_ = has_dispersion_ = false;
@@ -158,7 +158,7 @@ void MaterialEvaluator::update(Diagnostics& diagnostics) {
         f.turns_normals = !is_constant(m.normal) || m.normal.value != Rgb(0.0f, 0.0f, 1.0f);
         if (scene::can_have_sheen(m)) sheen_ = &SheenAlbedo::of_process();
         f.has_film = scene::can_have_film(m);
-        if (f.has_film) film_ = &FilmTables::of_process();
+        if (f.has_film) film_ = &FilmTables::of_process(scene.settings.working_space);
         f.is_dispersive = scene::is_dispersive(m);
         has_dispersion_ = has_dispersion_ || f.is_dispersive;
         f.is_emissive = scene::is_emissive(m);

@@ -8,6 +8,7 @@
 #include "scene/pattern.h"
 #include "scene/scene.h"
 #include "shading/bsdf.h"
+#include "shading/dispersion.h"
 #include "shading/sheen.h"
 #include "shading/texture_cache.h"
 
@@ -174,6 +175,11 @@ class MaterialEvaluator final : public geometry::Displacer {
     /// Some material is dispersive.
     bool has_dispersion() const { return has_dispersion_; }
 
+    /// Wavelengths of light of one channel of the working space.
+    const WavelengthBand& wavelengths_of(int channel) const {
+        return wavelength_bands_[size_t(channel)];
+    }
+
     /// Cache of the textures, for its statistics.
     const TextureCache& textures() const { return textures_; }
 
@@ -297,6 +303,7 @@ class MaterialEvaluator final : public geometry::Displacer {
     bool has_priorities_ = false;
     bool has_subsurface_ = false;
     bool has_dispersion_ = false;
+    WavelengthBands wavelength_bands_ = {};
 };
 
 }  // namespace velatura::shading

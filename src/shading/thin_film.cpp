@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "shading/thin_film.h"
 
+#include "image/primaries.h"
 #include "shading/bsdf_value.h"
 #include "shading/fresnel.h"
 #include "shading/ggx.h"
@@ -10,6 +11,8 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <map>
+#include <mutex>
 
 namespace velatura::shading {
 
@@ -45,7 +48,7 @@ constexpr int table_step = 10;
 
 }  // namespace
 
-std::vector<Vec3d> shares() {
+std::vector<Vec3d> shares(std::string_view working_space) {
     std::vector<Vec3d> out;
     Vec3d sum(0.0);
     for (int nm = first_nm; nm <= last_nm; ++nm) {
@@ -61,13 +64,26 @@ std::vector<Vec3d> shares() {
         sum += rgb;
     }
     for (Vec3d& share : out) share /= sum;
+    const image::StandardSpace* space = image::standard_space(working_space);
+    if (!space || space == &image::linear_rec709()) return out;
+    // White stays white, so that the sums stay 1
+    const image::ColorMatrix to_aces = *image::aces_from_rgb(image::linear_rec709().primaries);
+    const image::ColorMatrix m =
+        image::product(*image::inverse(*image::aces_from_rgb(space->primaries)), to_aces);
+    for (Vec3d& share : out) {
+        const Vec3d s = share;
+        for (int c = 0; c < 3; ++c) {
+            const size_t row = 3 * size_t(c);
+            share[c] = m[row] * s.x + m[row + 1] * s.y + m[row + 2] * s.z;
+        }
+    }
     return out;
 }
 
 }  // namespace film_observer
 
-FilmSpectrum::FilmSpectrum() {
-    const std::vector<Vec3d> shares = film_observer::shares();
+FilmSpectrum::FilmSpectrum(std::string_view working_space) {
+    const std::vector<Vec3d> shares = film_observer::shares(working_space);
     const int count = int(reach) * steps_per_unit + 1;
     std::vector<std::array<Vec3d, 2>> sums(size_t(count), {Vec3d(0.0), Vec3d(0.0)});
     for (size_t i = 0; i < shares.size(); ++i) {
@@ -244,9 +260,15 @@ std::array<float, FacetCosines::average_count> FacetCosines::average(float alpha
     return mix(average_[w.index], average_[w.index + 1], w.t);
 }
 
-const FilmTables& FilmTables::of_process() {
-    static const FilmTables tables;
-    return tables;
+const FilmTables& FilmTables::of_process(std::string_view working_space) {
+    static const FacetCosines cosines;
+    static std::mutex mutex;
+    static std::map<const image::StandardSpace*, FilmTables> tables;
+    const image::StandardSpace* space = image::standard_space(working_space);
+    const std::lock_guard lock(mutex);
+    const auto made = tables.find(space);
+    if (made != tables.end()) return made->second;
+    return tables.emplace(space, FilmTables{FilmSpectrum(working_space), cosines}).first->second;
 }
 
 MetalIndex metal_index(float f0, float at_82) {
@@ -342,7 +364,7 @@ Rgb FilmFresnel::reflected(const Interfaces& at) const {
             }
         }
     }
-    // Colors of a spectrum outside of Rec.709 are clipped
+    // Colors of a spectrum outside of the working space are clipped
     return clamp01(Rgb(1.0f) - passed);
 }
 

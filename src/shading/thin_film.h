@@ -4,21 +4,24 @@
 #include "base/math.h"
 
 #include <array>
+#include <string_view>
 #include <vector>
 
 /// Interference in a film without absorption between what is above a surface and its base
 /// (docs/adr/0057).
 namespace velatura::shading {
 
-/// What an observer sees of light by its wavelength: shares of linear Rec.709 channels of light
-/// that is white to them (CIE 1931 standard observer, illuminant D65). Each channel's shares sum to
-/// 1 over the wavelengths; some are negative.
+/// What an observer sees of light by its wavelength: shares of the channels of a linear space in
+/// light that is white to them (CIE 1931 standard observer, illuminant D65). Each channel's shares
+/// sum to 1 over the wavelengths; some are negative.
 namespace film_observer {
 
 inline constexpr int first_nm = 380, last_nm = 780;
 
-/// Shares of the wavelengths first_nm, first_nm + 1, … last_nm.
-std::vector<Vec3d> shares();
+/// Shares of the wavelengths first_nm, first_nm + 1, … last_nm: integrals over the wavelengths are
+/// those of linear Rec.709, not clipped, in the other space (docs/adr/0058).
+/// working_space: a name of image::standard_space(); linear Rec.709 for one that it does not know.
+std::vector<Vec3d> shares(std::string_view working_space = {});
 
 }  // namespace film_observer
 
@@ -32,7 +35,7 @@ class FilmSpectrum {
         Rgb cosine = Rgb(0.0f), sine = Rgb(0.0f);
     };
 
-    FilmSpectrum();
+    explicit FilmSpectrum(std::string_view working_space = {});
 
     /// difference: micrometers, ≥ 0. Beyond `reach` no fringes are left.
     Means at(float difference) const;
@@ -64,12 +67,13 @@ class FacetCosines {
     std::vector<std::array<float, average_count>> average_;  // [row]
 };
 
+/// Of films in one working space.
 struct FilmTables {
     FilmSpectrum spectrum;
-    FacetCosines cosines;
+    const FacetCosines& cosines;
 
-    /// Made when first asked for, in 0.1 s.
-    static const FilmTables& of_process();
+    /// Made when first asked for, in 0.1 s. working_space: as of film_observer::shares().
+    static const FilmTables& of_process(std::string_view working_space);
 };
 
 /// A film at one point. All finite.
