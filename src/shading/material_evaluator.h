@@ -203,6 +203,7 @@ class MaterialEvaluator final : public geometry::Displacer {
         bool is_special = false;  // has more than a base and its reflection
         bool turns_normals = false;
         bool has_film = false;
+        std::shared_ptr<const FilmCurve> film_curve;  // of a film that is the same everywhere
         bool is_dispersive = false;
     };
 
@@ -217,6 +218,7 @@ class MaterialEvaluator final : public geometry::Displacer {
                                          Diagnostics& diagnostics);
     void set_priorities(Diagnostics& diagnostics);
     const AnisotropicAlbedo* make_anisotropy(const scene::Material& material);
+    std::shared_ptr<const FilmCurve> make_film_curve(const scene::Material& material) const;
 
     Rgb color(const scene::Input& input,
               const geometry::SurfacePoint& point,

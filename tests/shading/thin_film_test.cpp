@@ -278,6 +278,43 @@ TEST(ThinFilm, OnMetalIsAirysSumOverTheWavelengths) {
     }
 }
 
+// What materials without textures read, and what means over cosines read
+TEST(ThinFilm, TablesOverTheCosineAreTheSeries) {
+    double worst = 0, worst_mean = 0;
+    for (const float metallic : {0.0f, 0.5f, 1.0f}) {
+        for (const float ior : {1.3f, 1.9f}) {
+            for (const float thickness : thicknesses) {
+                FilmParameters p = film_on(1.5f, thickness, ior);
+                p.metallic = metallic;
+                p.metal_f0 = Rgb(0.95f, 0.64f, 0.3f);
+                p.metal_f90 = Rgb(1.0f, 0.9f, 0.7f);
+                p.weight = 0.8f;
+                FilmFresnel series(p, Rgb(0.04f), Rgb(1.0f));
+                const FilmCurve curve([&](float mu) { return series.covered(mu); });
+                p.curve = &curve;
+                const FilmFresnel read(p, Rgb(0.04f), Rgb(1.0f));
+                FilmFresnel mean = series;
+                mean.prepare_means();
+                constexpr int count = 1000;
+                Rgb difference(0.0f);
+                for (int i = 0; i < count; ++i) {
+                    const float mu = (float(i) + 0.5f) / count;
+                    const Rgb exact = series.at(mu), found = read.at(mu);
+                    for (int c = 0; c < 3; ++c)
+                        worst = std::max(worst, double(std::abs(exact[c] - found[c])));
+                    difference += (mean.at_in_mean(mu) - exact) / float(count);
+                    ASSERT_EQ(series.at_in_mean(mu), exact);
+                }
+                worst_mean = std::max(worst_mean, double(max_component(difference)));
+                worst_mean = std::max(worst_mean, double(max_component(-difference)));
+            }
+        }
+    }
+    std::printf("largest difference %.2g, of means %.2g\n", worst, worst_mean);
+    EXPECT_LT(worst, 5e-4);
+    EXPECT_LT(worst_mean, 5e-3);
+}
+
 // An absorbing base makes colors, a white one none: all light comes back
 TEST(ThinFilm, WhiteMetalStaysWhite) {
     FilmParameters p = film_on(1.5f, 0.4f);
