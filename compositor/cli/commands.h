@@ -17,6 +17,7 @@ void add_ui_command(Command& app, std::function<int()>& run);
 void add_verify_command(Command& app, std::function<int()>& run);
 void add_diff_command(Command& app, std::function<int()>& run);
 void add_merge_command(Command& app, std::function<int()>& run);
+void add_mattes_command(Command& app, std::function<int()>& run);
 void add_view_command(Command& app, std::function<int()>& run);
 void add_export_command(Command& app, std::function<int()>& run);
 void add_bake_command(Command& app, std::function<int()>& run);

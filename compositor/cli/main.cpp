@@ -39,6 +39,7 @@ int run_command(int argc, char** argv) {
     add_verify_command(app, run);
     add_diff_command(app, run);
     add_merge_command(app, run);
+    add_mattes_command(app, run);
     add_view_command(app, run);
     add_export_command(app, run);
     add_denoise_command(app, run);

@@ -177,6 +177,10 @@ FrameSettings frame_settings(const RenderJob& job,
     add("--effects", omitted(input.plan));
     add("--accel", job.settings.world.accelerator ? a.accel : "bvh");
     if (!s.pass.empty()) add("--pass", s.pass);
+    const integrator::MatteThrough& through = job.settings.tracer.matte_through;
+    if (through.any())
+        add("--cryptomatte-through", fmt::format("{}{}", through.refraction ? "refraction " : "",
+                                                 through.reflection ? "reflection" : ""));
     if (!a.casters.empty()) add("--casters", fmt::format("{}", fmt::join(a.casters, " ")));
     const bool is_diced = geometry::first_subdivided(input.scene) != nullptr;
     add("dicing", is_diced ? fmt::format("{} {} {}", job.settings.world.dicing.rate,

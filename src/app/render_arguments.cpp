@@ -244,6 +244,12 @@ void declare_layer_options(Command layers, RenderArguments& a) {
                     "Cryptomatte depth: IDs stored per pixel, by coverage")
         .range(1, 64)
         .default_text("6");
+    layers
+        .add_option("--cryptomatte-through", a.matte_through,
+                    "Surfaces that Cryptomattes pass: refraction (clear glass), reflection "
+                    "(mirrors), or both with a comma; their pixels get the IDs of what is seen by "
+                    "way of them")
+        .type_name("LIST");
     layers.add_flag("--deep", a.deep,
                     "Deep image: also write FILE.deep.exr, color and alpha by depth");
     layers

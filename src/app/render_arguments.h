@@ -55,6 +55,7 @@ struct RenderArguments {
     bool float_layers = false;
     std::string cryptomatte;  ///< object, material or both
     std::optional<int> matte_levels;
+    std::string matte_through;  ///< refraction, reflection or both
     bool deep = false;
     std::optional<int> deep_samples;
     std::optional<double> clamp_direct, clamp_indirect;  ///< radiance

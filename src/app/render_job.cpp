@@ -347,6 +347,8 @@ Result<void> check_combinations(const RenderArguments& a) {
     if (a.deep_samples && !a.deep) return usage("--deep-samples needs --deep");
     if (a.matte_levels && a.cryptomatte.empty())
         return usage("--cryptomatte-levels needs --cryptomatte");
+    if (!a.matte_through.empty() && a.cryptomatte.empty())
+        return usage("--cryptomatte-through needs --cryptomatte");
     if (!a.replay.empty() && a.resume) return usage("--replay traces one sample; remove --resume");
     if (!a.rates_from.empty() && a.samples.empty()) return usage("--rates-from needs --samples");
     if (!a.rates_from.empty() && a.adaptive == "off")
@@ -442,6 +444,17 @@ Result<RenderJob> make_render_job(const RenderArguments& a) {
     const auto filter = sampling::filter_kind(a.filter);
     if (!filter) return usage(fmt::format("--filter: unknown filter \"{}\"", a.filter));
     settings.tracer.filter = *filter;
+    const auto words =
+        a.matte_through.empty() ? std::vector<std::string>() : split(a.matte_through, ',');
+    for (const std::string& word : words) {
+        integrator::MatteThrough& through = settings.tracer.matte_through;
+        if (word != "refraction" && word != "reflection")
+            return usage(
+                fmt::format("--cryptomatte-through: expected refraction, reflection, or both with "
+                            "a comma, found \"{}\"",
+                            word));
+        (word == "refraction" ? through.refraction : through.reflection) = true;
+    }
     if (const auto ok = choose_estimator(a, job); !ok) return ok.error();
     settings.world.compensate_mis =
         settings.tracer.estimator.light_sampling == integrator::LightSampling::Mis;

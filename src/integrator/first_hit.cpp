@@ -15,9 +15,7 @@ void record_first_hit(const TracerContext& context,
     out.instance_id = point.instance;
     if (context.options.mattes) {
         scene::count_call(scene::Effect::IdMattes);
-        out.matte_ids = {context.options.mattes->object(point),
-                         context.options.mattes->material(point),
-                         context.options.mattes->asset(point)};
+        out.matte_ids = context.options.mattes->ids(point);
     }
     if (context.options.deep) {
         scene::count_call(scene::Effect::DeepSamples);

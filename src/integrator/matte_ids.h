@@ -1,14 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "accumulate/matte_kind.h"
 #include "geometry/surface_point.h"
 #include "layers/layer_file.h"
 #include "scene/scene.h"
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
 namespace velatura::integrator {
+
+/// Surfaces whose mattes are those of what is seen by way of them.
+struct MatteThrough {
+    bool refraction = false;  ///< clear solids and sheets
+    bool reflection = false;  ///< mirrors
+
+    bool any() const { return refraction || reflection; }
+};
 
 /// Ids of all that Cryptomattes tell apart in a scene, which must outlive them: hashing names is no
 /// work for paths.
@@ -33,6 +43,12 @@ class MatteIds {
         const uint32_t found =
             id < scene_.provenance.size() ? scene_.provenance[id].asset : scene::none;
         return found == scene::none ? without_name_ : of_asset_[found];
+    }
+
+    /// All of them, by accumulate::MatteKind.
+    std::array<uint32_t, accumulate::matte_kinds.size()> ids(
+        const geometry::SurfacePoint& point) const {
+        return {object(point), material(point), asset(point)};
     }
 
     /// What a surface without a material, or of no asset, goes by.

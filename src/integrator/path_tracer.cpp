@@ -7,6 +7,7 @@
 #include "integrator/first_hit.h"
 #include "integrator/pass_through.h"
 #include "integrator/roulette.h"
+#include "integrator/seen_through.h"
 #include "integrator/specular_chain.h"
 #include "integrator/subsurface_exit.h"
 #include "integrator/wavelength.h"
@@ -169,12 +170,15 @@ void PathTracer::follow_through(Path& path, film::SampleRadiance& sample) const 
             start, wo, path.cone_width, crossing ? crossing->surrounding_index : 1.0f,
             has_insides ? path.spread : 0.0f);
         if (has_insides && !bsdf.has_index_of_passage_alone()) keep_channel(path);
-        if (path.bounce == 0 && !light.has_hit) record_first_hit(context_, point, bsdf, light);
+        const bool is_first_hit = path.bounce == 0 && !light.has_hit;
+        if (is_first_hit) record_first_hit(context_, point, bsdf, light);
 
         hits_.add_emission(path, point, wo, light);
 
         const Vertex met{start, bsdf, wo,
                          DirectionMixture(bsdf, wo, start.p, context_.options.guide), crossing};
+        if (is_first_hit && context_.options.mattes && context_.options.matte_through.any())
+            light.matte_ids = matte_ids_seen_through(context_, path, point, met);
         if (context_.credits_casters(path.bounce)) attribution_.credit_surface(path, met, light);
         if (path.bounce >= context_.depth_limit) {
             // What passes straight is not scattered

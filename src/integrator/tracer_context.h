@@ -36,6 +36,7 @@ struct PathTracerOptions {
         nullptr;  ///< of Roulette::Efficiency, must outlive the tracer; null = no trial told yet
     const MatteIds* mattes =
         nullptr;  ///< says whose each sample is, must outlive the tracer; null = nobody asks
+    MatteThrough matte_through = {};
     /// Of a plate's world: only what begins with its first surface is light of the sample.
     bool is_plate = false;
     bool deep = false;  ///< says how far away each sample is, see SampleRadiance::cover

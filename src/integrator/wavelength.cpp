@@ -19,7 +19,8 @@ void choose_wavelength(const World& world, Path& path, scene::MaterialId materia
     while (channel > 0 && !(path.beta[channel] > 0.0f)) --channel;
     path.channel_beyond = channel;
     path.channel_scale = sum / path.beta[channel];
-    path.spread = shading::spread_of(shading::sample_wavelength(channel, u.y));
+    path.spread = shading::spread_of(
+        shading::sample_wavelength(world.materials.wavelengths_of(channel), u.y));
     // 0 means none
     if (path.spread == 0.0f) path.spread = 1e-9f;
 }

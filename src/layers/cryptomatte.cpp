@@ -62,15 +62,6 @@ bool is_chosen(std::string_view name, std::string_view pattern) {
     return false;
 }
 
-/// `View Layer.CryptoObject` and `crypto_object` → `cryptoobject`.
-std::string short_name(std::string_view layer) {
-    std::string name;
-    for (const char c : layer.substr(layer.rfind('.') + 1)) {
-        if (c != '_') name += char(std::tolower(static_cast<unsigned char>(c)));
-    }
-    return name;
-}
-
 Error unknown_name(const Cryptomatte& matte, const std::string& pattern) {
     std::vector<std::string> names, leaves;
     for (const MatteName& n : matte.names) {
@@ -104,6 +95,14 @@ const std::vector<float>* find_floats(const image::Image& image,
 }
 
 }  // namespace
+
+std::string plain_matte_name(std::string_view layer) {
+    std::string name;
+    for (const char c : layer.substr(layer.rfind('.') + 1)) {
+        if (c != '_') name += char(std::tolower(static_cast<unsigned char>(c)));
+    }
+    return name;
+}
 
 uint32_t murmur_hash_3(std::string_view text, uint32_t seed) {
     const auto mixed = [](uint32_t k) { return std::rotl(k * 0xcc9e2d51u, 15) * 0x1b873593u; };
@@ -178,7 +177,7 @@ Result<const Cryptomatte*> find_matte(std::span<const Cryptomatte> mattes, std::
     if (at != mattes.end()) return &*at;
     // Of other renderers: `View Layer.CryptoObject`, `crypto_object`
     for (const Cryptomatte& m : mattes) {
-        if (short_name(m.layer) == short_name(layer)) return &m;
+        if (plain_matte_name(m.layer) == plain_matte_name(layer)) return &m;
     }
     std::vector<std::string> names;
     std::string list;
@@ -229,34 +228,39 @@ Error no_ids(const image::Image& image, std::string_view layer) {
     return {"matte-layer", fmt::format("channels {}.R … of the header are missing", first)};
 }
 
+Result<std::vector<MatteRank>> matte_ranks(const image::Image& image, std::string_view layer) {
+    const size_t pixels = image.data.pixel_count();
+    std::vector<MatteRank> ranks;
+    for (int level = 0;; ++level) {
+        const std::string name = fmt::format("{}{:02}", layer, level);
+        const size_t before = ranks.size();
+        for (size_t pair = 0; pair < 4; pair += 2) {
+            const std::vector<float>* ids = find_floats(image, name, channel_names[pair]);
+            const std::vector<float>* coverage = find_floats(image, name, channel_names[pair + 1]);
+            if (ids && coverage && ids->size() == pixels && coverage->size() == pixels)
+                ranks.push_back({ids, coverage});
+        }
+        if (ranks.size() == before) break;
+    }
+    if (ranks.empty()) return no_ids(image, layer);
+    return ranks;
+}
+
 Result<std::vector<float>> matte_coverage(const image::Image& image,
                                           std::string_view layer,
                                           std::span<const uint32_t> ids) {
     std::vector<uint32_t> sorted(ids.begin(), ids.end());
     std::sort(sorted.begin(), sorted.end());
+    const auto ranks = matte_ranks(image, layer);
+    if (!ranks) return ranks.error();
     std::vector<float> matte(image.data.pixel_count(), 0.0f);
-    int levels = 0;
-    for (;; ++levels) {
-        const std::string name = fmt::format("{}{:02}", layer, levels);
-        std::array<const std::vector<float>*, 4> channels{};
-        for (size_t c = 0; c < channels.size(); ++c)
-            channels[c] = find_floats(image, name, channel_names[c]);
-        bool has_pair = false;
-        for (size_t pair = 0; pair < 4; pair += 2) {
-            if (!channels[pair] || !channels[pair + 1]) continue;
-            if (channels[pair]->size() != matte.size() ||
-                channels[pair + 1]->size() != matte.size())
-                continue;
-            has_pair = true;
-            for (size_t i = 0; i < matte.size(); ++i) {
-                const auto id = std::bit_cast<uint32_t>((*channels[pair])[i]);
-                if (std::binary_search(sorted.begin(), sorted.end(), id))
-                    matte[i] += (*channels[pair + 1])[i];
-            }
+    for (const MatteRank& rank : *ranks) {
+        for (size_t i = 0; i < matte.size(); ++i) {
+            const auto id = std::bit_cast<uint32_t>((*rank.ids)[i]);
+            if (std::binary_search(sorted.begin(), sorted.end(), id))
+                matte[i] += (*rank.coverage)[i];
         }
-        if (!has_pair) break;
     }
-    if (levels == 0) return no_ids(image, layer);
     return matte;
 }
 

@@ -60,6 +60,19 @@ Result<std::vector<uint32_t>> matte_ids(const Cryptomatte& matte,
 /// "matte-layer": why the ids of a layer cannot be had, of an image without pixels as well.
 Error no_ids(const image::Image& image, std::string_view layer);
 
+/// Ranked pairs of id and coverage over an image: the bits of the floats are the ids, 0 = nothing.
+struct MatteRank {
+    const std::vector<float>* ids = nullptr;
+    const std::vector<float>* coverage = nullptr;
+};
+
+/// Those that the image has of a layer, the greatest coverage first. Errors: that of no_ids.
+Result<std::vector<MatteRank>> matte_ranks(const image::Image& image, std::string_view layer);
+
+/// What a layer is called whatever the renderer: `View Layer.CryptoObject` and `crypto_object` →
+/// `cryptoobject`.
+std::string plain_matte_name(std::string_view layer);
+
 /// How much of each pixel the ids cover, in [0, 1] by filters without negative lobes: [height]
 /// [width], row 0 = top. The image needs the channels layer00.R … alone.
 /// Errors: that of no_ids.

@@ -59,9 +59,10 @@ std::vector<float>& floats(image::Channel& channel) {
     return std::get<std::vector<float>>(channel.data);
 }
 
-/// Of one Cryptomatte in one pixel, greatest coverage first.
-std::vector<accumulate::MatteWeight> ranked(const std::vector<accumulate::MatteWeight>& list,
-                                            accumulate::MatteKind kind) {
+/// Of one Cryptomatte in one pixel whose samples weigh `total`, greatest coverage first.
+std::vector<MatteShare> ranked(const std::vector<accumulate::MatteWeight>& list,
+                               accumulate::MatteKind kind,
+                               double total) {
     std::vector<accumulate::MatteWeight> of_kind;
     for (const accumulate::MatteWeight& m : list) {
         if (m.kind == uint8_t(kind)) of_kind.push_back(m);
@@ -72,43 +73,10 @@ std::vector<accumulate::MatteWeight> ranked(const std::vector<accumulate::MatteW
                   const int64_t wa = std::abs(a.weight), wb = std::abs(b.weight);
                   return wa != wb ? wa > wb : a.id < b.id;
               });
-    return of_kind;
-}
-
-image::Part make_part(const std::string& layer, int levels, size_t pixels) {
-    image::Part part;
-    part.name = layer;
-    part.attributes["colorInteropID"] = std::string("data");
-    for (const char* c : {".R", ".G", ".B"})
-        part.channels.push_back(image::Channel::make(layer + c, image::ChannelType::Half, pixels));
-    for (int pair = 0; pair < (levels + 1) / 2; ++pair) {
-        for (const char* c : {"R", "G", "B", "A"})
-            part.channels.push_back(image::Channel::make(fmt::format("{}{:02}.{}", layer, pair, c),
-                                                         image::ChannelType::Float, pixels));
-    }
-    return part;
-}
-
-/// Fills the channels of make_part() for one pixel.
-void store_pixel(const std::vector<accumulate::MatteWeight>& list,
-                 double weight,
-                 int levels,
-                 size_t i,
-                 image::Part& part) {
-    std::array<double, 3> preview{};
-    for (size_t rank = 0; rank < list.size(); ++rank) {
-        const double coverage = double(list[rank].weight) * accumulate::MatteWeight::unit / weight;
-        const uint32_t id = list[rank].id;
-        // Any three bytes of a hash are a color to tell things apart by
-        for (size_t c = 0; c < 3; ++c)
-            preview[c] += coverage * double(id >> (8 * c) & 255u) / 255.0;
-        if (rank >= size_t(levels)) continue;
-        floats(part.channels[3 + 2 * rank])[i] = std::bit_cast<float>(id);
-        floats(part.channels[4 + 2 * rank])[i] = float(coverage);
-    }
-    for (size_t c = 0; c < 3; ++c)
-        std::get<std::vector<Imath::half>>(part.channels[c].data)[i] =
-            Imath::half(float(preview[c]));
+    std::vector<MatteShare> shares;
+    for (const accumulate::MatteWeight& m : of_kind)
+        shares.push_back({m.id, double(m.weight) * accumulate::MatteWeight::unit / total});
+    return shares;
 }
 
 void list_layers(const image::Part& part, std::vector<accumulate::LayerEntry>& layers) {
@@ -126,6 +94,36 @@ void list_layers(const image::Part& part, std::vector<accumulate::LayerEntry>& l
 
 }  // namespace
 
+image::Part make_matte_part(const std::string& layer, int levels, size_t pixels) {
+    image::Part part;
+    part.name = layer;
+    part.attributes["colorInteropID"] = std::string("data");
+    for (const char* c : {".R", ".G", ".B"})
+        part.channels.push_back(image::Channel::make(layer + c, image::ChannelType::Half, pixels));
+    for (int pair = 0; pair < (levels + 1) / 2; ++pair) {
+        for (const char* c : {"R", "G", "B", "A"})
+            part.channels.push_back(image::Channel::make(fmt::format("{}{:02}.{}", layer, pair, c),
+                                                         image::ChannelType::Float, pixels));
+    }
+    return part;
+}
+
+void store_mattes(std::span<const MatteShare> ranked, int levels, size_t i, image::Part& part) {
+    std::array<double, 3> preview{};
+    for (size_t rank = 0; rank < ranked.size(); ++rank) {
+        const auto& [id, coverage] = ranked[rank];
+        // Any three bytes of a hash are a color to tell things apart by
+        for (size_t c = 0; c < 3; ++c)
+            preview[c] += coverage * double(id >> (8 * c) & 255u) / 255.0;
+        if (rank >= size_t(levels)) continue;
+        floats(part.channels[3 + 2 * rank])[i] = std::bit_cast<float>(id);
+        floats(part.channels[4 + 2 * rank])[i] = float(coverage);
+    }
+    for (size_t c = 0; c < 3; ++c)
+        std::get<std::vector<Imath::half>>(part.channels[c].data)[i] =
+            Imath::half(float(preview[c]));
+}
+
 void add_cryptomattes(const accumulate::SampleSums& sums,
                       const MatteNames& names,
                       ResolvedLayers& resolved) {
@@ -135,15 +133,15 @@ void add_cryptomattes(const accumulate::SampleSums& sums,
     for (const accumulate::MatteKind kind : accumulate::matte_kinds) {
         if (!sums.layer_set().has_mattes(kind)) continue;
         image::Part part =
-            make_part(std::string(accumulate::matte_layer(kind)), levels, w.pixel_count());
+            make_matte_part(std::string(accumulate::matte_layer(kind)), levels, w.pixel_count());
         parallel_for(size_t(w.height()), [&](size_t row) {
             const int y = w.y0 + int(row);
             for (int x = w.x0; x < w.x1; ++x) {
                 const double weight =
                     accumulate::weight_of(sums.total(x, y, accumulate::AccumulatorTable::coverage));
                 if (weight == 0.0) continue;
-                store_pixel(ranked(sums.mattes()->at(x, y), kind), weight, levels, w.index(x, y),
-                            part);
+                store_mattes(ranked(sums.mattes()->at(x, y), kind, weight), levels, w.index(x, y),
+                             part);
             }
         });
         list_layers(part, resolved.layers);

@@ -6,9 +6,26 @@
 #include "layers/layer_file.h"
 #include "layers/resolve.h"
 
+#include <cstdint>
+#include <span>
+#include <string>
 #include <string_view>
 
 namespace velatura::layers {
+
+/// How much of a pixel one id covers.
+struct MatteShare {
+    uint32_t id = 0;
+    double coverage = 0;
+};
+
+/// A part for a Cryptomatte: the preview layer.R/G/B (half) and ranked pairs of id and coverage
+/// layer00.R/G/B/A … (float), all 0. levels: pairs, rounded up to an even number.
+image::Part make_matte_part(const std::string& layer, int levels, size_t pixels);
+
+/// Fills the channels of make_matte_part() for one pixel. ranked: the greatest coverage first; the
+/// first `levels` of them are stored, all are in the preview.
+void store_mattes(std::span<const MatteShare> ranked, int levels, size_t pixel, image::Part& part);
 
 /// Adds a part per Cryptomatte of the sums: the preview CryptoObject.R/G/B and the ranked pairs of
 /// id and coverage CryptoObject00.R/G/B/A …; greatest coverage first, of equal ones the lower id.

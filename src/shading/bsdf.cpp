@@ -106,6 +106,9 @@ void Bsdf::set_layers(bool is_behind) {
         set_lambert();
         return;
     }
+    const bool is_lit_below = !(is_black(p_.diffuse) && is_black(p_.diffuse_transmitted));
+    // A mirror alone asks for one cosine
+    if (ggx_.has_film<plain>() && (!ggx_.is_delta || is_lit_below)) ggx_.film->prepare_means();
     GgxAlbedo average;
     if (!plain && p_.anisotropic && !ggx_.is_delta) {
         set_anisotropy();
@@ -120,8 +123,7 @@ void Bsdf::set_layers(bool is_behind) {
     ggx_.multiple_f = multiple_scattering_fresnel(f_average, average.loss);
     specular_average_ = average.reflectance(ggx_.f0, ggx_.f90) + ggx_.multiple_f * average.loss;
     // Only what lies below asks for it
-    if (ggx_.has_film<plain>() && !(is_black(p_.diffuse) && is_black(p_.diffuse_transmitted)))
-        specular_average_ += ggx_.film_average();
+    if (ggx_.has_film<plain>() && is_lit_below) specular_average_ += ggx_.film_average();
     if (!plain) set_interfaces(f_average, average);
     view_ = make_view<plain>(frame_.to_local(wo_));
 }

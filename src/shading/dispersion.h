@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string_view>
 
-/// Wavelengths of linear Rec.709 light that is refracted by dispersive solids (docs/adr/0057).
+/// Wavelengths of light of one channel that is refracted by dispersive solids (docs/adr/0057).
 namespace velatura::shading {
 
 namespace dispersion_lines {
@@ -16,18 +17,20 @@ inline constexpr float red_c = 0.6563f, yellow_d = 0.5876f, blue_f = 0.4861f;
 }  // namespace dispersion_lines
 
 /// Where the wavelengths of a channel begin, are densest and end [micrometers]: in between the
-/// density is linear. Densest at the dominant wavelengths of the primaries of Rec.709; each begins
-/// or ends where its neighbor is densest, so that white light becomes a spectrum without gaps.
+/// density is linear. Densest at the dominant wavelength of the primary; each begins or ends where
+/// its neighbor is densest, so that white light becomes a spectrum without gaps.
 struct WavelengthBand {
     float begin, peak, end;
 };
 
-inline constexpr std::array<WavelengthBand, 3> wavelength_bands = {
-    {{0.5491f, 0.6114f, 0.6800f}, {0.4642f, 0.5491f, 0.6114f}, {0.4200f, 0.4642f, 0.5491f}}};
+using WavelengthBands = std::array<WavelengthBand, 3>;  ///< of red, green, blue
 
-/// A wavelength [micrometers] of a channel; u in [0, 1).
-inline float sample_wavelength(int channel, float u) {
-    const WavelengthBand& b = wavelength_bands[size_t(channel)];
+/// Of the primaries of a working space, a name of image::standard_space(); those of linear Rec.709
+/// for one that has no bands.
+WavelengthBands wavelength_bands(std::string_view working_space);
+
+/// A wavelength [micrometers] of a band; u in [0, 1).
+inline float sample_wavelength(const WavelengthBand& b, float u) {
     const float width = b.end - b.begin, rise = b.peak - b.begin;
     return u * width < rise ? b.begin + std::sqrt(u * width * rise)
                             : b.end - std::sqrt((1.0f - u) * width * (b.end - b.peak));

@@ -13,7 +13,8 @@ namespace {
 template <size_t count>
 Rgb mean_excess(const GgxLobe& ggx, const std::array<float, count>& cosines) {
     Rgb sum(0.0f);
-    for (const float c : cosines) sum += ggx.film->at(c) - fresnel_schlick(ggx.f0, ggx.f90, c);
+    for (const float c : cosines)
+        sum += ggx.film->at_in_mean(c) - fresnel_schlick(ggx.f0, ggx.f90, c);
     return sum / float(count);
 }
 

@@ -34,7 +34,7 @@ Rgb film_loss(const GgxLobe& ggx,
               const rough_interface::Shares& shares) {
     Vec3 outer;
     if (!outer_direction(lobe, w, outer)) return Rgb(0.0f);
-    const Rgb excess = ggx.film->at(outer.z) - fresnel_schlick(ggx.f0, ggx.f90, outer.z);
+    const Rgb excess = ggx.film->at_in_mean(outer.z) - fresnel_schlick(ggx.f0, ggx.f90, outer.z);
     return excess * (ggx.albedo(w, w.z).loss - shares.excess);
 }
 

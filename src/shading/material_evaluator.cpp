@@ -5,7 +5,6 @@
 #include "geometry/geometry_set.h"
 #include "geometry/triangle_mesh.h"
 #include "scene/effect_calls.h"
-#include "shading/dispersion.h"
 
 #include <algorithm>
 #include <cmath>
@@ -147,6 +146,7 @@ MaterialEvaluator::MaterialEvaluator(const scene::Scene& scene,
 void MaterialEvaluator::update(Diagnostics& diagnostics) {
     const scene::Scene& scene = scene_;
     const scene::EffectSet forced = forced_;
+    wavelength_bands_ = wavelength_bands(scene.settings.working_space);
     flags_.clear();
     has_presence_ = has_emission_ = is_see_through_ = has_absorption_ = has_interior_media_ =
         has_priorities_ = has_subsurface_ = has_dispersion_ = false;
@@ -158,7 +158,10 @@ void MaterialEvaluator::update(Diagnostics& diagnostics) {
         f.turns_normals = !is_constant(m.normal) || m.normal.value != Rgb(0.0f, 0.0f, 1.0f);
         if (scene::can_have_sheen(m)) sheen_ = &SheenAlbedo::of_process();
         f.has_film = scene::can_have_film(m);
-        if (f.has_film) film_ = &FilmTables::of_process();
+        if (f.has_film) {
+            film_ = &FilmTables::of_process(scene.settings.working_space);
+            f.film_curve = make_film_curve(m);
+        }
         f.is_dispersive = scene::is_dispersive(m);
         has_dispersion_ = has_dispersion_ || f.is_dispersive;
         f.is_emissive = scene::is_emissive(m);
@@ -259,6 +262,24 @@ const AnisotropicAlbedo* MaterialEvaluator::make_anisotropy(const scene::Materia
     }
     anisotropies_.push_back(std::make_unique<AnisotropicAlbedo>(range));
     return anisotropies_.back().get();
+}
+
+/// Null where the film, or what it lies on, varies.
+std::shared_ptr<const FilmCurve> MaterialEvaluator::make_film_curve(
+    const scene::Material& m) const {
+    const scene::MaterialXInputs& x = *m.extras;
+    for (const Input* input :
+         {&x.film->thickness, &x.film->ior, &x.film->metal_tint, &x.specular_tint, &x.coat_ior,
+          &x.metal_f0, &x.metal_f90, &m.ior, &m.metallic, &m.clearcoat, &m.opacity})
+        if (!is_constant(*input)) return nullptr;
+    SurfaceParameters p;
+    p.clearcoat = unit_interval(m.clearcoat.value.x);
+    p.coat_ior = valid_ior(x.coat_ior.value.x);
+    if (can_transmit(m)) p.opacity = unit_interval(m.opacity.value.x);
+    FilmParameters film = film_parameters(m, SurfacePoint(), 0.0f, 1.0f, p);
+    film.weight = 1.0f;
+    const FilmFresnel fresnel(film, Rgb(0.0f), Rgb(1.0f));
+    return std::make_shared<const FilmCurve>([&](float cosine) { return fresnel.covered(cosine); });
 }
 
 const RoughInterface* MaterialEvaluator::make_interface(const scene::Material& m,
@@ -599,7 +620,8 @@ Bsdf MaterialEvaluator::make_bsdf(const SurfacePoint& point,
         return Bsdf(parameters(point.material, point, footprint, surrounding_index, spread),
                     point.ng, ns, wo, horizon);
     SurfaceParameters p = parameters(point.material, point, footprint, surrounding_index, spread);
-    const FilmParameters film = film_parameters(m, point, footprint, surrounding_index, p);
+    FilmParameters film = film_parameters(m, point, footprint, surrounding_index, p);
+    if (surrounding_index == 1.0f) film.curve = f.film_curve.get();
     if (film.weight > 0.0f && film.thickness > 0.0f) {
         count_call(Effect::ThinFilm);
         p.film = &film;

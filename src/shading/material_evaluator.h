@@ -8,6 +8,7 @@
 #include "scene/pattern.h"
 #include "scene/scene.h"
 #include "shading/bsdf.h"
+#include "shading/dispersion.h"
 #include "shading/sheen.h"
 #include "shading/texture_cache.h"
 
@@ -174,6 +175,11 @@ class MaterialEvaluator final : public geometry::Displacer {
     /// Some material is dispersive.
     bool has_dispersion() const { return has_dispersion_; }
 
+    /// Wavelengths of light of one channel of the working space.
+    const WavelengthBand& wavelengths_of(int channel) const {
+        return wavelength_bands_[size_t(channel)];
+    }
+
     /// Cache of the textures, for its statistics.
     const TextureCache& textures() const { return textures_; }
 
@@ -197,6 +203,7 @@ class MaterialEvaluator final : public geometry::Displacer {
         bool is_special = false;  // has more than a base and its reflection
         bool turns_normals = false;
         bool has_film = false;
+        std::shared_ptr<const FilmCurve> film_curve;  // of a film that is the same everywhere
         bool is_dispersive = false;
     };
 
@@ -211,6 +218,7 @@ class MaterialEvaluator final : public geometry::Displacer {
                                          Diagnostics& diagnostics);
     void set_priorities(Diagnostics& diagnostics);
     const AnisotropicAlbedo* make_anisotropy(const scene::Material& material);
+    std::shared_ptr<const FilmCurve> make_film_curve(const scene::Material& material) const;
 
     Rgb color(const scene::Input& input,
               const geometry::SurfacePoint& point,
@@ -297,6 +305,7 @@ class MaterialEvaluator final : public geometry::Displacer {
     bool has_priorities_ = false;
     bool has_subsurface_ = false;
     bool has_dispersion_ = false;
+    WavelengthBands wavelength_bands_ = {};
 };
 
 }  // namespace velatura::shading

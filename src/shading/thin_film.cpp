@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "shading/thin_film.h"
 
+#include "image/primaries.h"
 #include "shading/bsdf_value.h"
 #include "shading/fresnel.h"
 #include "shading/ggx.h"
@@ -10,6 +11,8 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <map>
+#include <mutex>
 
 namespace velatura::shading {
 
@@ -45,7 +48,7 @@ constexpr int table_step = 10;
 
 }  // namespace
 
-std::vector<Vec3d> shares() {
+std::vector<Vec3d> shares(std::string_view working_space) {
     std::vector<Vec3d> out;
     Vec3d sum(0.0);
     for (int nm = first_nm; nm <= last_nm; ++nm) {
@@ -61,13 +64,26 @@ std::vector<Vec3d> shares() {
         sum += rgb;
     }
     for (Vec3d& share : out) share /= sum;
+    const image::StandardSpace* space = image::standard_space(working_space);
+    if (!space || space == &image::linear_rec709()) return out;
+    // White stays white, so that the sums stay 1
+    const image::ColorMatrix to_aces = *image::aces_from_rgb(image::linear_rec709().primaries);
+    const image::ColorMatrix m =
+        image::product(*image::inverse(*image::aces_from_rgb(space->primaries)), to_aces);
+    for (Vec3d& share : out) {
+        const Vec3d s = share;
+        for (int c = 0; c < 3; ++c) {
+            const size_t row = 3 * size_t(c);
+            share[c] = m[row] * s.x + m[row + 1] * s.y + m[row + 2] * s.z;
+        }
+    }
     return out;
 }
 
 }  // namespace film_observer
 
-FilmSpectrum::FilmSpectrum() {
-    const std::vector<Vec3d> shares = film_observer::shares();
+FilmSpectrum::FilmSpectrum(std::string_view working_space) {
+    const std::vector<Vec3d> shares = film_observer::shares(working_space);
     const int count = int(reach) * steps_per_unit + 1;
     std::vector<std::array<Vec3d, 2>> sums(size_t(count), {Vec3d(0.0), Vec3d(0.0)});
     for (size_t i = 0; i < shares.size(); ++i) {
@@ -244,38 +260,43 @@ std::array<float, FacetCosines::average_count> FacetCosines::average(float alpha
     return mix(average_[w.index], average_[w.index + 1], w.t);
 }
 
-const FilmTables& FilmTables::of_process() {
-    static const FilmTables tables;
-    return tables;
+const FilmTables& FilmTables::of_process(std::string_view working_space) {
+    static const FacetCosines cosines;
+    static std::mutex mutex;
+    static std::map<const image::StandardSpace*, FilmTables> tables;
+    const image::StandardSpace* space = image::standard_space(working_space);
+    const std::lock_guard lock(mutex);
+    const auto made = tables.find(space);
+    if (made != tables.end()) return made->second;
+    return tables.emplace(space, FilmTables{FilmSpectrum(working_space), cosines}).first->second;
 }
 
 MetalIndex metal_index(float f0, float at_82) {
-    constexpr double c = 1.0 / 7.0, c2 = c * c;
-    const double r = std::clamp(double(f0), 1e-4, 0.9999);
-    const double root = std::sqrt(r);
-    // n² + k² of what reflects r
-    const auto square = [r](double n) { return 2.0 * n * (1.0 + r) / (1.0 - r) - 1.0; };
-    const auto reflected = [&](double n) {
-        const double q = square(n), across = 2.0 * n * c;
-        return 0.5 * ((q + c2 - across) / (q + c2 + across) +
-                      (q * c2 + 1.0 - across) / (q * c2 + 1.0 + across));
-    };
+    constexpr double c = 1.0 / 7.0, c2 = c * c, rest = 1.0 - c2;
+    const double r = std::clamp(double(f0), 1e-4, 0.9999), aside = double(at_82);
+    const double root = std::sqrt(r), s = 2.0 * (1.0 + r) / (1.0 - r);
+    // n² + k² of what reflects r is s·n − 1, so that a polarization reflects (A − 2cn) / (A + 2cn)
+    // at the cosine c, with A linear in n: a quadratic, positive where too much is reflected
+    const double q2 =
+        (1.0 - aside) * c2 * s * s - 2.0 * aside * c * s * (1.0 + c2) - 4.0 * (1.0 + aside) * c2;
+    const double q1 = (1.0 - aside) * rest * rest * s, q0 = -(1.0 - aside) * rest * rest;
+    const auto excess = [&](double n) { return (q2 * n + q1) * n + q0; };
     // The less n, the more the metal reflects aside
-    double low = (1.0 - r) / (1.0 + r), high = (1.0 + root) / (1.0 - root);
-    for (int i = 0; i < 24; ++i) {
-        const double n = 0.5 * (low + high);
-        (reflected(n) > double(at_82) ? low : high) = n;
-    }
-    const double n = 0.5 * (low + high);
-    return {float(n), float(std::sqrt(std::max(square(n) - n * n, 0.0)))};
+    const double low = (1.0 - r) / (1.0 + r), high = (1.0 + root) / (1.0 - root);
+    double n = low;
+    if (excess(high) >= 0.0)
+        n = high;
+    else if (excess(low) > 0.0)
+        n = std::clamp((q1 + std::sqrt(std::max(q1 * q1 - 4.0 * q2 * q0, 0.0))) / (-2.0 * q2), low,
+                       high);
+    return {float(n), float(std::sqrt(std::max(s * n - 1.0 - n * n, 0.0)))};
 }
 
-/// Amplitudes at both sides of the film, per channel and polarization.
-struct FilmFresnel::Interfaces {
-    bool is_total = false;    ///< nothing gets through
-    float cosine = 1;         ///< in the film
-    float first[2] = {0, 0};  ///< [polarization] s, p
-    std::complex<float> second[3][2] = {};
+/// What light meets first.
+struct FilmFresnel::Entry {
+    float sine2;
+    float film;      ///< cosine in the film
+    float first[2];  ///< amplitude above the film, by the polarization: s, p
 };
 
 namespace {
@@ -286,118 +307,173 @@ float amplitude(float a, float b) {
     return sum > 0.0f ? (a - b) / sum : -1.0f;
 }
 
-std::complex<float> amplitude(const std::complex<float>& a, const std::complex<float>& b) {
-    const std::complex<float> sum = a + b;
-    return std::norm(sum) > 0.0f ? (a - b) / sum : std::complex<float>(-1.0f);
+struct Complex {
+    float re = 0, im = 0;
+};
+
+Complex operator*(float s, const Complex& a) {
+    return {s * a.re, s * a.im};
 }
 
-/// Terms of the series below this are not worth adding.
-constexpr float smallest_term = 1e-5f;
+Complex amplitude(const Complex& a, const Complex& b) {
+    const Complex d{a.re - b.re, a.im - b.im}, sum{a.re + b.re, a.im + b.im};
+    const float norm = sum.re * sum.re + sum.im * sum.im;
+    if (!(norm > 0.0f)) return {-1.0f, 0.0f};
+    return {(d.re * sum.re + d.im * sum.im) / norm, (d.im * sum.re - d.re * sum.im) / norm};
+}
+
+/// Of a number above the real axis or on it, the root there.
+Complex root_of(const Complex& z) {
+    const float length = std::sqrt(z.re * z.re + z.im * z.im);
+    const float larger = std::sqrt(0.5f * (length + std::abs(z.re)));
+    if (!(larger > 0.0f)) return {};
+    const float smaller = 0.5f * z.im / larger;
+    return z.re >= 0.0f ? Complex{larger, smaller} : Complex{smaller, larger};
+}
+
+constexpr int max_terms = 256;
+constexpr float smallest_term_in_means = 1e-3f;
+
+/// Half of 1 − R without interference, of a polarization whose amplitudes are real above the film,
+/// with the square `second2` below it.
+float mean_share(float first, float second2, float ratio2) {
+    const float rest = (1.0f - first * first) * (1.0f - second2);
+    return ratio2 < 1.0f ? std::max(0.5f * rest / (1.0f - ratio2), 0.0f) : 0.0f;
+}
 
 }  // namespace
 
 FilmFresnel::FilmFresnel(const FilmParameters& film, const Rgb& bare_f0, const Rgb& bare_f90)
     : p_(film), bare_f0_(bare_f0), bare_f90_(bare_f90) {
-    if (!(p_.metallic > 0.0f)) return;
+    if (!(p_.metallic > 0.0f) || p_.curve) return;
     // Schlick's weight at a cosine of 1/7
     const Rgb at_82 = p_.metal_f0 + (p_.metal_f90 - p_.metal_f0) * 0.46266438f;
     for (int c = 0; c < 3; ++c) metal_index_[size_t(c)] = metal_index(p_.metal_f0[c], at_82[c]);
 }
 
-/// 1 − R is Airy's formula (1 − r1²)(1 − |r2|²) / |1 + r1·r2·e^{iφ}|², for real r1: the Poisson
-/// kernel of ρ = r1·r2, 1 + 2 Σ Re((−ρ)^m·e^{imφ}) over 1 − |ρ|², whose mean over the wavelengths
-/// is one of FilmSpectrum per term.
-Rgb FilmFresnel::reflected(const Interfaces& at) const {
-    if (at.is_total) return Rgb(1.0f);
-    using Complex = std::complex<float>;
-    float share[3][2], largest = 0.0f;
-    Complex ratio[3][2], power[3][2];
-    for (int c = 0; c < 3; ++c) {
-        for (int p = 0; p < 2; ++p) {
-            ratio[c][p] = at.second[c][p] * -at.first[p];
-            const float rho2 = std::norm(ratio[c][p]), first = at.first[p];
-            const float rest = (1.0f - first * first) * (1.0f - std::norm(at.second[c][p]));
-            share[c][p] = rho2 < 1.0f ? std::max(0.5f * rest / (1.0f - rho2), 0.0f) : 0.0f;
-            power[c][p] = 2.0f * share[c][p];
-            largest = std::max(largest, rho2);
-        }
+/// False: the film reflects all.
+bool FilmFresnel::enter(float cosine, Entry& entry) const {
+    entry.sine2 = (1.0f - cosine) * (1.0f + cosine);
+    const auto inside = [&](float index) { return 1.0f - entry.sine2 / (index * index); };
+    const float film2 = inside(p_.ior);
+    if (!(film2 > 0.0f)) return false;
+    const float above = p_.above == 1.0f ? cosine : std::sqrt(std::max(inside(p_.above), 0.0f));
+    entry.film = std::sqrt(film2);
+    entry.first[0] = amplitude(p_.above * above, p_.ior * entry.film);
+    entry.first[1] = amplitude(p_.ior * above, p_.above * entry.film);
+    return true;
+}
+
+// 1 − R is Airy's formula (1 − r1²)(1 − |r2|²) / |1 + r1·r2·e^{iφ}|², for real r1: the Poisson
+// kernel of ρ = r1·r2, 1 + 2 Σ Re((−ρ)^m·e^{imφ}) over 1 − |ρ|², whose mean over the wavelengths is
+// one of FilmSpectrum per term. Colors of a spectrum outside of the working space are clipped
+
+/// All amplitudes are real, and those of one polarization are the same for all channels.
+Rgb FilmFresnel::dielectric(float cosine, float smallest_term) const {
+    Entry entry;
+    if (!enter(cosine, entry)) return Rgb(1.0f);
+    const float below2 = 1.0f - entry.sine2 / (p_.below * p_.below);
+    if (!(below2 > 0.0f)) return Rgb(1.0f);
+    const float below = std::sqrt(below2);
+    const float second[2] = {amplitude(p_.ior * entry.film, p_.below * below),
+                             amplitude(p_.below * entry.film, p_.ior * below)};
+    float ratio[2], term[2], passed = 0.0f, largest = 0.0f;
+    for (int p = 0; p < 2; ++p) {
+        ratio[p] = -entry.first[p] * second[p];
+        const float share = mean_share(entry.first[p], second[p] * second[p], ratio[p] * ratio[p]);
+        passed += share;
+        term[p] = 2.0f * share;
+        largest = std::max(largest, std::abs(ratio[p]));
     }
-    largest = std::sqrt(largest);
-    Rgb passed;
-    for (int c = 0; c < 3; ++c) passed[c] = share[c][0] + share[c][1];
-    const float difference = 2.0f * p_.ior * p_.thickness * at.cosine;
+    if (!(passed > 0.0f)) return Rgb(1.0f);
+    const float difference = 2.0f * p_.ior * p_.thickness * entry.film;
+    Rgb reflected(1.0f - passed);
     float size = 1.0f;
-    for (int m = 1; m <= 256; ++m) {
+    for (int m = 1; m <= max_terms; ++m) {
         size *= largest;
         const float x = difference * float(m);
         if (!(size > smallest_term) || !(x < FilmSpectrum::reach)) break;
-        const FilmSpectrum::Means means = p_.tables->spectrum.at(x);
-        for (int c = 0; c < 3; ++c) {
-            for (int p = 0; p < 2; ++p) {
-                const Complex a = power[c][p], b = ratio[c][p];
-                power[c][p] = Complex(a.real() * b.real() - a.imag() * b.imag(),
-                                      a.real() * b.imag() + a.imag() * b.real());
-                passed[c] +=
-                    power[c][p].real() * means.cosine[c] - power[c][p].imag() * means.sine[c];
-            }
+        for (int p = 0; p < 2; ++p) term[p] *= ratio[p];
+        reflected -= p_.tables->spectrum.at(x).cosine * (term[0] + term[1]);
+    }
+    return clamp01(reflected);
+}
+
+Rgb FilmFresnel::metal(float cosine, float smallest_term) const {
+    Entry entry;
+    if (!enter(cosine, entry)) return Rgb(1.0f);
+    // By the polarization, then by the channel
+    float re[2][3], im[2][3], term_re[2][3], term_im[2][3], largest = 0.0f;
+    Rgb reflected(1.0f);
+    for (int c = 0; c < 3; ++c) {
+        const MetalIndex& index = metal_index_[size_t(c)];
+        const Complex square{index.n * index.n - index.k * index.k, 2.0f * index.n * index.k};
+        // Index times cosine
+        const Complex below = root_of({square.re - entry.sine2, square.im});
+        const Complex second[2] = {amplitude(Complex{p_.ior * entry.film, 0.0f}, below),
+                                   amplitude(entry.film * square, p_.ior * below)};
+        for (int p = 0; p < 2; ++p) {
+            re[p][c] = -entry.first[p] * second[p].re;
+            im[p][c] = -entry.first[p] * second[p].im;
+            const float second2 = second[p].re * second[p].re + second[p].im * second[p].im;
+            const float ratio2 = entry.first[p] * entry.first[p] * second2;
+            const float share = mean_share(entry.first[p], second2, ratio2);
+            reflected[c] -= share;
+            term_re[p][c] = 2.0f * share;
+            term_im[p][c] = 0.0f;
+            largest = std::max(largest, ratio2);
         }
     }
-    // Colors of a spectrum outside of Rec.709 are clipped
-    return clamp01(Rgb(1.0f) - passed);
+    largest = std::sqrt(largest);
+    const float difference = 2.0f * p_.ior * p_.thickness * entry.film;
+    float size = 1.0f;
+    for (int m = 1; m <= max_terms; ++m) {
+        size *= largest;
+        const float x = difference * float(m);
+        if (!(size > smallest_term) || !(x < FilmSpectrum::reach)) break;
+        for (int p = 0; p < 2; ++p) {
+            for (int c = 0; c < 3; ++c) {
+                const float next_re = term_re[p][c] * re[p][c] - term_im[p][c] * im[p][c];
+                term_im[p][c] = term_re[p][c] * im[p][c] + term_im[p][c] * re[p][c];
+                term_re[p][c] = next_re;
+            }
+        }
+        const FilmSpectrum::Means means = p_.tables->spectrum.at(x);
+        for (int c = 0; c < 3; ++c)
+            reflected[c] -= (term_re[0][c] + term_re[1][c]) * means.cosine[c] -
+                            (term_im[0][c] + term_im[1][c]) * means.sine[c];
+    }
+    return clamp01(reflected);
 }
 
-Rgb FilmFresnel::dielectric(float cosine) const {
-    const float sine2 = (1.0f - cosine) * (1.0f + cosine);
-    const auto inside = [sine2](float index) { return 1.0f - sine2 / (index * index); };
-    const float film2 = inside(p_.ior), below2 = inside(p_.below);
-    Interfaces at;
-    at.is_total = !(film2 > 0.0f) || !(below2 > 0.0f);
-    if (at.is_total) return Rgb(1.0f);
-    const float above = p_.above == 1.0f ? cosine : std::sqrt(std::max(inside(p_.above), 0.0f));
-    const float below = std::sqrt(below2);
-    at.cosine = std::sqrt(film2);
-    at.first[0] = amplitude(p_.above * above, p_.ior * at.cosine);
-    at.first[1] = amplitude(p_.ior * above, p_.above * at.cosine);
-    const float s = amplitude(p_.ior * at.cosine, p_.below * below);
-    const float p = amplitude(p_.below * at.cosine, p_.ior * below);
-    for (auto& channel : at.second) {
-        channel[0] = s;
-        channel[1] = p;
-    }
-    return reflected(at);
+Rgb FilmFresnel::covered(float cosine, float smallest_term) const {
+    if (p_.curve) return p_.curve->at(cosine);
+    Rgb out(0.0f);
+    if (p_.metallic < 1.0f)
+        out += dielectric(cosine, smallest_term) * p_.tint * (1.0f - p_.metallic);
+    if (p_.metallic > 0.0f) out += metal(cosine, smallest_term) * p_.metal_tint * p_.metallic;
+    return out;
 }
 
-Rgb FilmFresnel::metal(float cosine) const {
-    const float sine2 = (1.0f - cosine) * (1.0f + cosine);
-    const auto inside = [sine2](float index) { return 1.0f - sine2 / (index * index); };
-    const float film2 = inside(p_.ior);
-    Interfaces at;
-    at.is_total = !(film2 > 0.0f);
-    if (at.is_total) return Rgb(1.0f);
-    const float above = p_.above == 1.0f ? cosine : std::sqrt(std::max(inside(p_.above), 0.0f));
-    at.cosine = std::sqrt(film2);
-    at.first[0] = amplitude(p_.above * above, p_.ior * at.cosine);
-    at.first[1] = amplitude(p_.ior * above, p_.above * at.cosine);
-    for (int c = 0; c < 3; ++c) {
-        using Complex = std::complex<float>;
-        const MetalIndex& m = metal_index_[size_t(c)];
-        const Complex square = Complex(m.n, m.k) * Complex(m.n, m.k);
-        // Index times cosine
-        const Complex below = std::sqrt(square - sine2);
-        at.second[c][0] = amplitude(Complex(p_.ior * at.cosine), below);
-        at.second[c][1] = amplitude(square * at.cosine, p_.ior * below);
-    }
-    return reflected(at);
+Rgb FilmFresnel::with_bare(const Rgb& covered, float cosine) const {
+    if (p_.weight >= 1.0f) return covered;
+    const Rgb bare = fresnel_schlick(bare_f0_, bare_f90_, cosine);
+    return bare + (covered - bare) * p_.weight;
 }
 
 Rgb FilmFresnel::at(float cosine) const {
     const float c = std::clamp(cosine, 0.0f, 1.0f);
-    Rgb covered(0.0f);
-    if (p_.metallic < 1.0f) covered += dielectric(c) * p_.tint * (1.0f - p_.metallic);
-    if (p_.metallic > 0.0f) covered += metal(c) * p_.metal_tint * p_.metallic;
-    if (p_.weight >= 1.0f) return covered;
-    const Rgb bare = fresnel_schlick(bare_f0_, bare_f90_, c);
-    return bare + (covered - bare) * p_.weight;
+    return with_bare(covered(c), c);
+}
+
+Rgb FilmFresnel::at_in_mean(float cosine) const {
+    const float c = std::clamp(cosine, 0.0f, 1.0f);
+    return with_bare(nodes_ ? nodes_->at(c) : covered(c), c);
+}
+
+void FilmFresnel::prepare_means() {
+    if (!p_.curve)
+        nodes_.emplace([this](float cosine) { return covered(cosine, smallest_term_in_means); });
 }
 
 }  // namespace velatura::shading

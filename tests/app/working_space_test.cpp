@@ -237,6 +237,35 @@ TEST_F(WorkingSpaceCommands, AChartOfPaintInAWhiteFurnace) {
     expect_near(pixel(aces, "b0", 5), {1, 1, 1}, 1e-6, "a white sky is white");
 }
 
+// Mirrors of thin films under a white sky: of colors that both spaces hold, one is the matrix of
+// the other
+TEST_F(WorkingSpaceCommands, ThinFilmsHaveOneColorInEverySpace) {
+    std::string scene = head + "def DomeLight \"Sky\" {}\n";
+    constexpr int thickness[] = {80, 160, 240, 300, 420, 560, 900};
+    for (int i = 0; i < 7; ++i) {
+        scene += square(i, fmt::format("rel material:binding = </M{}>", i));
+        scene += material(
+            i, "mtlx:surface",
+            fmt::format("uniform token info:id = \"ND_standard_surface_surfaceshader\"\n float "
+                        "inputs:base = 0\n float inputs:specular_roughness = 0\n float "
+                        "inputs:thin_film_thickness = {}\n float inputs:thin_film_IOR = 2.2",
+                        thickness[i]));
+    }
+    const image::Image plain = render(scene, direct),
+                       aces = render(scene, std::string(direct) + " --working-space acescg");
+    double most = 0;
+    for (int i = 0; i < 7; ++i) {
+        const Color seen = pixel(plain, "b1", middle(i));
+        most = std::max(most, std::abs(seen[0] - seen[2]));
+        expect_near(pixel(aces, "b1", middle(i)), in_acescg(seen), 1e-4,
+                    fmt::format("film of {} nm", thickness[i]));
+    }
+    EXPECT_GT(most, 0.05) << "no colors";
+    const CommandResult r = w.velatura("render s.usda -o out.exr --working-space acescg --strict" +
+                                       std::string(direct));
+    EXPECT_EQ(r.exit_code, 0) << r.output;
+}
+
 TEST_F(WorkingSpaceCommands, GrayScenesAndLinearOnesAgree) {
     // An open box of gray walls, in which light is reflected many times
     std::string gray = head;

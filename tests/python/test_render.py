@@ -126,7 +126,7 @@ VALUES = {
     "caustics": "path", "clamp_direct": 5, "clamp_indirect": 5.5, "firefly_guard": "off", "filter": "box", "seed": 3, "texture_bias": -0.5,
     "dicing_rate": 2, "subdivision_level": 1, "dicing_limit": 1, "bounces": "auto", "lights": "off", "layers": "bounce",
     "casters": "/World/Ball", "lpe": ["dd=C<RD>L", "k=C.{2}<L.'Key'>"], "lpe_strict": True, "halves": True,
-    "cryptomatte": "object", "cryptomatte_levels": 2, "deep": True, "deep_samples": 2, "resume": True, "resumable": True,
+    "cryptomatte": "object", "cryptomatte_levels": 2, "cryptomatte_through": "refraction", "deep": True, "deep_samples": 2, "resume": True, "resumable": True,
     "checkpoint": "5m", "snapshot": "5m", "samples": "0:2", "rates_from": None, "for_mix": None, "stats": "FOLDER/s.json", "strict": True, "display": "127.0.0.1:1", "display_layers": "b1",
     "missing_textures": "error", "threads": 3, "volume_memory": 1, "instance_limit": 1, "mode": "tile", "tile": 16,
     "accel": "bvh", "bvh_quality": "fast", "volume_bounds": "one", "asset_root": "FOLDER", "confine": True, "sandbox": True,
@@ -135,7 +135,7 @@ VALUES = {
     "roulette": "cutoff", "cutoff": 0.1,
 }
 # Options that need others
-WITH = {"cryptomatte_levels": {"cryptomatte": "object"}, "deep_samples": {"deep": True, "output": "FOLDER/o.exr"},
+WITH = {"cryptomatte_levels": {"cryptomatte": "object"}, "cryptomatte_through": {"cryptomatte": "object"}, "deep_samples": {"deep": True, "output": "FOLDER/o.exr"},
         "deep": {"output": "FOLDER/o.exr"}, "resume": {"output": "FOLDER/o.exr"}, "checkpoint": {"output": "FOLDER/o.exr"},
         "snapshot": {"output": "FOLDER/o.exr"}, "stats": {"output": "FOLDER/o.exr"}, "samples": {"spp": None},
         "cutoff": {"roulette": "cutoff"}, "casters": {"layers": "bounce,light,shadow,caster"},

@@ -11,8 +11,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
+#include <cstdio>
 #include <string>
 #include <vector>
 
@@ -21,6 +24,42 @@ namespace {
 
 using Complex = std::complex<double>;
 using testing::direction;
+
+/// Row by row, of columns.
+using Mat3 = std::array<std::array<double, 3>, 3>;
+/// x and y of red, green, blue and white.
+using Chart = std::array<double, 8>;
+
+constexpr Chart rec709 = {0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290};
+
+Vec3d times(const Mat3& m, const Vec3d& v) {
+    Vec3d out(0.0);
+    for (size_t i = 0; i < 3; ++i)
+        for (size_t k = 0; k < 3; ++k) out[int(i)] += m[i][k] * v[int(k)];
+    return out;
+}
+
+Mat3 times(const Mat3& a, const Mat3& b) {
+    Mat3 out{};
+    for (size_t i = 0; i < 3; ++i)
+        for (size_t j = 0; j < 3; ++j)
+            for (size_t k = 0; k < 3; ++k) out[i][j] += a[i][k] * b[k][j];
+    return out;
+}
+
+/// Cramer's rule.
+Mat3 inverse(const Mat3& m) {
+    const auto cofactor = [&m](size_t r, size_t c) {
+        const size_t r1 = (r + 1) % 3, r2 = (r + 2) % 3, c1 = (c + 1) % 3, c2 = (c + 2) % 3;
+        return m[r1][c1] * m[r2][c2] - m[r1][c2] * m[r2][c1];
+    };
+    double det = 0;
+    for (size_t c = 0; c < 3; ++c) det += m[0][c] * cofactor(0, c);
+    Mat3 out{};
+    for (size_t i = 0; i < 3; ++i)
+        for (size_t j = 0; j < 3; ++j) out[j][i] = cofactor(i, j) / det;
+    return out;
+}
 
 const Vec3 up(0, 0, 1);
 
@@ -48,16 +87,24 @@ double reflectance(
     return sum;
 }
 
-/// The color of that in daylight, clipped.
-Rgb color(double cosine, double above, double film, const std::vector<Complex>& below, double um) {
+/// The color of that in daylight.
+Vec3d spectral_sum(
+    double cosine, double above, double film, const std::vector<Complex>& below, double um) {
+    static const std::vector<Vec3d> shares = film_observer::shares();
     Vec3d sum(0.0);
     int nm = film_observer::first_nm;
-    for (const Vec3d& share : film_observer::shares()) {
+    for (const Vec3d& share : shares) {
         for (int c = 0; c < 3; ++c)
             sum[c] += share[c] * reflectance(cosine, above, film, below[size_t(c) % below.size()],
                                              um, 1e-3 * nm);
         ++nm;
     }
+    return sum;
+}
+
+/// The same, clipped.
+Rgb color(double cosine, double above, double film, const std::vector<Complex>& below, double um) {
+    const Vec3d sum = spectral_sum(cosine, above, film, below, um);
     Rgb out;
     for (int c = 0; c < 3; ++c) out[c] = float(std::clamp(sum[c], 0.0, 1.0));
     return out;
@@ -65,7 +112,7 @@ Rgb color(double cosine, double above, double film, const std::vector<Complex>& 
 
 FilmParameters film_on(float below, float thickness, float ior = 1.4f) {
     FilmParameters p;
-    p.tables = &FilmTables::of_process();
+    p.tables = &FilmTables::of_process("lin_rec709_scene");
     p.weight = 1;
     p.thickness = thickness;
     p.ior = ior;
@@ -98,6 +145,88 @@ TEST(ThinFilm, ColorsAreThoseOfTheStandardObserver) {
         const double Z = 0.0193339 * rgb.x + 0.1191920 * rgb.y + 0.9503041 * rgb.z;
         EXPECT_NEAR(X / (X + Y + Z), x / (x + y + z), 0.015) << nm;
         EXPECT_NEAR(Y / (X + Y + Z), y / (x + y + z), 0.015) << nm;
+    }
+}
+
+/// CIE XYZ (D65) of linear RGB by its primaries x, y and its white, which Bradford's cone responses
+/// adapt. Ref: SMPTE RP 177; ICC.1:2022, annex E.
+Mat3 d65_from(const Chart& c) {
+    const auto xyz = [](double x, double y) { return Vec3d(x / y, 1.0, (1.0 - x - y) / y); };
+    Mat3 m{};
+    for (size_t p = 0; p < 3; ++p) {
+        const Vec3d column = xyz(c[2 * p], c[2 * p + 1]);
+        for (size_t i = 0; i < 3; ++i) m[i][p] = column[int(i)];
+    }
+    const Vec3d parts = times(inverse(m), xyz(c[6], c[7]));
+    for (auto& row : m)
+        for (size_t p = 0; p < 3; ++p) row[p] *= parts[int(p)];
+    constexpr Mat3 cones = {
+        {{0.8951, 0.2664, -0.1614}, {-0.7502, 1.7135, 0.0367}, {0.0389, -0.0685, 1.0296}}};
+    const Vec3d seen = times(cones, xyz(c[6], c[7])), wanted = times(cones, xyz(0.3127, 0.3290));
+    Mat3 scaled = cones;
+    for (size_t i = 0; i < 3; ++i)
+        for (double& v : scaled[i]) v *= wanted[int(i)] / seen[int(i)];
+    return times(times(inverse(cones), scaled), m);
+}
+
+struct Space {
+    const char* name;
+    Chart chart;
+};
+
+const Space spaces[] = {
+    {"lin_rec709_scene", rec709},
+    {"lin_ap1_scene", {0.713, 0.293, 0.165, 0.830, 0.128, 0.044, 0.32168, 0.33767}},
+    {"lin_ap0_scene", {0.7347, 0.2653, 0.0, 1.0, 0.0001, -0.0770, 0.32168, 0.33767}},
+    {"lin_rec2020_scene", {0.708, 0.292, 0.170, 0.797, 0.131, 0.046, 0.3127, 0.3290}},
+    {"lin_p3d65_scene", {0.680, 0.320, 0.265, 0.690, 0.150, 0.060, 0.3127, 0.3290}},
+    {"lin_adobergb_scene", {0.64, 0.33, 0.21, 0.71, 0.15, 0.06, 0.3127, 0.3290}}};
+
+bool is_within(const Vec3d& color, double margin) {
+    for (int c = 0; c < 3; ++c)
+        if (!(color[c] > margin && color[c] < 1.0 - margin)) return false;
+    return true;
+}
+
+// The spectrum is integrated by the observer, taken to the space by its primaries, and clipped
+// there
+TEST(ThinFilm, ColorsFollowTheWorkingSpace) {
+    const FilmTables& plain = FilmTables::of_process("lin_rec709_scene");
+    for (const Space& space : spaces) {
+        const Mat3 from_709 = times(inverse(d65_from(space.chart)), d65_from(rec709));
+        const Mat3 to_709 = inverse(from_709);
+        int compared = 0;
+        for (const float thickness : thicknesses) {
+            FilmParameters p = film_on(1.5f, thickness, 2.2f);
+            const FilmFresnel in_709(p, Rgb(0.04f), Rgb(1.0f));
+            p.tables = &FilmTables::of_process(space.name);
+            const FilmFresnel film(p, Rgb(0.04f), Rgb(1.0f));
+            for (const double mu : cosines) {
+                const Vec3d sum = spectral_sum(mu, 1.0, 2.2, {Complex(1.5)}, double(thickness));
+                const Vec3d expected = times(from_709, sum);
+                const Rgb got = film.at(float(mu));
+                for (int c = 0; c < 3; ++c)
+                    ASSERT_NEAR(got[c], std::clamp(expected[c], 0.0, 1.0), 1.5e-3)
+                        << space.name << " " << thickness << " " << mu << " " << c;
+                // Without a clamp in either space both are one color
+                if (!is_within(expected, 2e-3) || !is_within(sum, 2e-3)) continue;
+                ++compared;
+                const Vec3d back = times(to_709, Vec3d(got));
+                for (int c = 0; c < 3; ++c)
+                    ASSERT_NEAR(back[c], double(in_709.at(float(mu))[c]), 1e-5)
+                        << space.name << " " << thickness << " " << mu << " " << c;
+            }
+        }
+        EXPECT_GT(compared, 15) << space.name;
+        // Gray surfaces are not colored, light of no difference of path is white
+        const FilmTables& tables = FilmTables::of_process(space.name);
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(tables.spectrum.at(0.0f).cosine[c], 1.0f, 1e-6f);
+        for (const float x : {0.3f, 1.1f, 2.9f}) {
+            const Rgb m = tables.spectrum.at(x).cosine;
+            const Vec3d back = times(to_709, Vec3d(m));
+            for (int c = 0; c < 3; ++c)
+                EXPECT_NEAR(back[c], double(plain.spectrum.at(x).cosine[c]), 1e-6) << x;
+        }
     }
 }
 
@@ -147,6 +276,43 @@ TEST(ThinFilm, OnMetalIsAirysSumOverTheWavelengths) {
             }
         }
     }
+}
+
+// What materials without textures read, and what means over cosines read
+TEST(ThinFilm, TablesOverTheCosineAreTheSeries) {
+    double worst = 0, worst_mean = 0;
+    for (const float metallic : {0.0f, 0.5f, 1.0f}) {
+        for (const float ior : {1.3f, 1.9f}) {
+            for (const float thickness : thicknesses) {
+                FilmParameters p = film_on(1.5f, thickness, ior);
+                p.metallic = metallic;
+                p.metal_f0 = Rgb(0.95f, 0.64f, 0.3f);
+                p.metal_f90 = Rgb(1.0f, 0.9f, 0.7f);
+                p.weight = 0.8f;
+                FilmFresnel series(p, Rgb(0.04f), Rgb(1.0f));
+                const FilmCurve curve([&](float mu) { return series.covered(mu); });
+                p.curve = &curve;
+                const FilmFresnel read(p, Rgb(0.04f), Rgb(1.0f));
+                FilmFresnel mean = series;
+                mean.prepare_means();
+                constexpr int count = 1000;
+                Rgb difference(0.0f);
+                for (int i = 0; i < count; ++i) {
+                    const float mu = (float(i) + 0.5f) / count;
+                    const Rgb exact = series.at(mu), found = read.at(mu);
+                    for (int c = 0; c < 3; ++c)
+                        worst = std::max(worst, double(std::abs(exact[c] - found[c])));
+                    difference += (mean.at_in_mean(mu) - exact) / float(count);
+                    ASSERT_EQ(series.at_in_mean(mu), exact);
+                }
+                worst_mean = std::max(worst_mean, double(max_component(difference)));
+                worst_mean = std::max(worst_mean, double(max_component(-difference)));
+            }
+        }
+    }
+    std::printf("largest difference %.2g, of means %.2g\n", worst, worst_mean);
+    EXPECT_LT(worst, 5e-4);
+    EXPECT_LT(worst_mean, 5e-3);
 }
 
 // An absorbing base makes colors, a white one none: all light comes back

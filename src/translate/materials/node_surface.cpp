@@ -151,10 +151,6 @@ void SurfaceReader::read_film(const NamedDefault& weight,
     if (!can_be_positive(share)) return;
     note_neutral(thickness.name, size, scene::Effect::ThinFilm);
     if (!can_be_positive(size)) return;
-    if (!graph.ctx.state<color::WorkingSpace>().is_rec709())
-        graph.ctx.warn("film-colors", shader,
-                       "the colors of the thin film are those of linear Rec.709 in any working "
-                       "space: too saturated in a wider one");
     scene::ThinFilmInputs& film = m.extras->film.emplace();
     film.weight = finish(share, Rgb(1.0f));
     film.thickness = finish(size, Rgb(0.5f));

@@ -27,8 +27,8 @@ struct Program {
         for (const auto& add :
              {add_info_command, add_mix_command, add_noise_command, add_request_command,
               add_ui_command, add_verify_command, add_diff_command, add_merge_command,
-              add_view_command, add_export_command, add_denoise_command, add_preset_command,
-              add_bake_command})
+              add_mattes_command, add_view_command, add_export_command, add_denoise_command,
+              add_preset_command, add_bake_command})
             add(line, run);
     }
 };
@@ -61,6 +61,7 @@ TEST(Typing, NoCommandWritesOverWhatItReads) {
         {"a", "--output", {"diff", "IN", "x", "-o", "IN"}},
         {"b", "--output", {"diff", "x", "IN", "-o", "IN"}},
         {"inputs", "--output", {"merge", "x", "IN", "-o", "IN"}},
+        {"inputs", "--output", {"mattes", "x", "IN", "-o", "IN"}},
         {"input", "--output", {"view", "IN", "-o", "IN"}},
         {"input", "--output", {"export", "nuke", "IN", "-o", "IN"}},
         {"--file", "--output", {"export", "oiio", "x", "--file", "IN", "-o", "IN"}},

@@ -439,28 +439,6 @@ TEST(WorkingSpace, PigmentsOfHairLetTheSameColorPass) {
                 expected(m, passed(scene::Hair().pheomelanin_absorption)), "pheomelanin");
 }
 
-TEST(WorkingSpace, ColorsOfThinFilmsAreSaidToStay) {
-    const std::string scene = camera() + quad("Q", "rel material:binding = </M>") + R"usda(
-def Material "M"
-{
-    token outputs:mtlx:surface.connect = </M/S.outputs:out>
-    def Shader "S"
-    {
-        uniform token info:id = "ND_open_pbr_surface_surfaceshader"
-        float inputs:thin_film_weight = 1
-        token outputs:out
-    }
-}
-)usda";
-    for (const char* space : {"lin_rec709", "acescg"}) {
-        Translated t;
-        TranslateOptions options;
-        options.working_space = space;
-        translate_text(scene, t, options);
-        EXPECT_EQ(t.count("film-colors"), std::string(space) == "acescg" ? 1u : 0u) << space;
-    }
-}
-
 TEST(WorkingSpace, IsThatOfTheOptionElseOfTheSettings) {
     const auto settings = [](const char* space) {
         return std::string(
