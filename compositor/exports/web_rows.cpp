@@ -193,9 +193,10 @@ Result<void> RowsMaker::add_shadows() {
         json row = row_of(name);
         row["plane"] = plane_of(layer);
         // A lifted shadow shows the light's direct light, so it takes the gain of that cell
-        // By whatever lobe: the first after emission
-        row["cell"] = names_.cell(names_.direct_column(), names_.group_of(group),
-                                  names_.lobe_count() > 1 ? 1 : 0);
+        accumulate::LayerEntry direct;
+        direct.bounce = names_.column_names()[names_.direct_column()];
+        direct.group = names_.group_name(names_.group_of(group));
+        row["cells"] = names_.cells_of(direct);
         row["group"] = group;
         to.push_back(std::move(row));
         return {};

@@ -12,6 +12,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace velatura::app {
@@ -195,7 +196,10 @@ void FrameRenderer::render() {
     if (!memory_->keeps_limit()) is_short_of_memory_ = true;
     if (display_) {
         // What a continued render began with, and what others added, as well
-        display_->add_tile(renderer_.film(), renderer_.film().window());
+        constexpr int rows = 64;
+        const image::Window w = renderer_.film().window();
+        for (int y = w.y0; y < w.y1; y += rows)
+            display_->add_tile(renderer_.film(), {w.x0, y, w.x1, std::min(y + rows, w.y1)});
         display_->finish();
         display_.reset();
     }

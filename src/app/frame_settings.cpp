@@ -181,6 +181,8 @@ FrameSettings frame_settings(const RenderJob& job,
     if (through.any())
         add("--cryptomatte-through", fmt::format("{}{}", through.refraction ? "refraction " : "",
                                                  through.reflection ? "reflection" : ""));
+    // Which limit it chose is kept with the layers
+    if (job.settings.firefly_guard) add("--firefly-guard", "on");
     if (!a.casters.empty()) add("--casters", fmt::format("{}", fmt::join(a.casters, " ")));
     const bool is_diced = geometry::first_subdivided(input.scene) != nullptr;
     add("dicing", is_diced ? fmt::format("{} {} {}", job.settings.world.dicing.rate,

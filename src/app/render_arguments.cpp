@@ -310,7 +310,7 @@ void declare_report_options(Command report, RenderArguments& a) {
     report
         .add_option("--display", a.display,
                     "Show the image in the viewer tev while it renders; port 14158 by default")
-        .type_name("HOST[:PORT]")
+        .type_name("HOST[:PORT]|[IPV6]:PORT")
         .default_text("no viewer");
     report
         .add_option("--display-layers", a.display_layers,

@@ -158,6 +158,14 @@ Result<void> choose_estimator(const RenderArguments& a, RenderJob& job) {
     return {};
 }
 
+/// Words between commas and spaces; none is empty.
+std::vector<std::string> words_of(std::string text) {
+    std::replace(text.begin(), text.end(), ' ', ',');
+    std::vector<std::string> words = split(text, ',');
+    std::erase(words, std::string());
+    return words;
+}
+
 Result<void> choose_layers(const RenderArguments& a, RenderJob& job) {
     film::LayerSet& layers = job.settings.layers;
     const Result<StoredBounces> bounces = parse_bounces(a.bounces);
@@ -288,7 +296,7 @@ Result<void> choose_display(const RenderArguments& a, RenderJob& job) {
     const Result<display::Address> address = display::parse_address(a.display);
     if (!address) return usage("--display: " + address.error().message);
     job.display = *address;
-    job.display_layers = split(a.display_layers, ',');
+    job.display_layers = words_of(a.display_layers);
     return {};
 }
 
@@ -444,9 +452,7 @@ Result<RenderJob> make_render_job(const RenderArguments& a) {
     const auto filter = sampling::filter_kind(a.filter);
     if (!filter) return usage(fmt::format("--filter: unknown filter \"{}\"", a.filter));
     settings.tracer.filter = *filter;
-    const auto words =
-        a.matte_through.empty() ? std::vector<std::string>() : split(a.matte_through, ',');
-    for (const std::string& word : words) {
+    for (const std::string& word : words_of(a.matte_through)) {
         integrator::MatteThrough& through = settings.tracer.matte_through;
         if (word != "refraction" && word != "reflection")
             return usage(

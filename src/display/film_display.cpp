@@ -92,10 +92,12 @@ FilmDisplay::~FilmDisplay() {
 }
 
 Result<void> FilmDisplay::start() {
-    const Result<void> opened = connection_.open(connect_patience);
-    if (opened) begin_image();
     thread_ = std::thread([this] { run(); });
-    return opened;
+    std::unique_lock lock(mutex_);
+    if (!changed_.wait_for(lock, 2 * connect_patience, [this] { return first_try_.has_value(); }))
+        return Error{"display-unreachable",
+                     fmt::format("no answer from {} yet", options_.address.text())};
+    return *first_try_;
 }
 
 void FilmDisplay::add_tile(const film::Film& film, const image::Window& tile) {
@@ -143,7 +145,10 @@ void FilmDisplay::begin_image() {
         create_image(options_.name, options_.display.width(), options_.display.height(), channels_);
     sent_ = 0;
     const std::lock_guard lock(mutex_);
-    for (Tile& tile : tiles_) tile.is_new = tile.is_known;
+    for (Tile& tile : tiles_) {
+        tile.is_new = tile.is_known;
+        tile.sent = {};
+    }
 }
 
 /// The next tile that the viewer lacks. Returns: whether there is one.
@@ -153,10 +158,13 @@ bool FilmDisplay::take_packet() {
     image::Window window;
     {
         const std::lock_guard lock(mutex_);
-        const auto at = std::find_if(tiles_.begin(), tiles_.end(),
-                                     [](const Tile& tile) { return tile.is_new; });
+        const Clock::time_point now = Clock::now();
+        const auto at = std::find_if(tiles_.begin(), tiles_.end(), [&](const Tile& tile) {
+            return tile.is_new && (is_ending_ || now - tile.sent >= options_.interval);
+        });
         if (at == tiles_.end()) return false;
         at->is_new = false;
+        at->sent = now;
         window = at->window;
         const size_t width = size_t(window.width()) * channels_.size();
         for (int y = window.y0; y < window.y1; ++y) {
@@ -175,7 +183,7 @@ bool FilmDisplay::take_packet() {
 }
 
 void FilmDisplay::run() {
-    Clock::time_point next_look = Clock::now() + look_again;
+    Clock::time_point next_look = Clock::now();
     for (;;) {
         bool has_sent_all = false;
         Clock::time_point end;
@@ -186,7 +194,11 @@ void FilmDisplay::run() {
         connection_.notice_end();
         if (!connection_.is_open() && Clock::now() >= next_look) {
             next_look = Clock::now() + look_again;
-            if (connection_.open(connect_patience)) begin_image();
+            const Result<void> opened = connection_.open(connect_patience);
+            if (opened) begin_image();
+            const std::lock_guard lock(mutex_);
+            if (!first_try_) first_try_ = opened;
+            changed_.notify_all();
         }
         while (connection_.is_open() && Clock::now() < end) {
             if (sent_ == packet_.size() && !take_packet()) {

@@ -11,6 +11,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -44,8 +45,8 @@ class FilmDisplay {
     FilmDisplay(const FilmDisplay&) = delete;
     FilmDisplay& operator=(const FilmDisplay&) = delete;
 
-    /// Looks for the viewer, and goes on looking where there is none. Errors:
-    /// "display-unreachable".
+    /// Looks for the viewer, and keeps looking where there is none. Waits a second at most for the
+    /// first answer. Errors: "display-unreachable".
     Result<void> start();
 
     /// Takes the means of the samples so far of a window whose tiles belong to the calling thread.
@@ -60,6 +61,7 @@ class FilmDisplay {
     struct Tile {
         image::Window window;
         bool is_known = false, is_new = false;
+        Clock::time_point sent = {};
     };
 
     void run();
@@ -76,6 +78,7 @@ class FilmDisplay {
     // Under the mutex
     std::vector<float> values_;  ///< [height][width][channel] of the display
     std::vector<Tile> tiles_;
+    std::optional<Result<void>> first_try_;  ///< to reach the viewer
     bool is_ending_ = false;
     Clock::time_point end_ = Clock::time_point::max();
     bool has_all_sent_ = false;

@@ -31,8 +31,8 @@ bool waits_for_space(int socket, Clock::time_point end) {
 }
 
 /// 0, or why it is not connected.
-int connect_within(int socket, const addrinfo& to, Clock::time_point end) {
-    if (connect(socket, to.ai_addr, to.ai_addrlen) == 0) return 0;
+int connect_within(int socket, const sockaddr* to, socklen_t size_of_to, Clock::time_point end) {
+    if (connect(socket, to, size_of_to) == 0) return 0;
     if (errno != EINPROGRESS) return errno;
     if (!waits_for_space(socket, end)) return ETIMEDOUT;
     int error = 0;
@@ -76,30 +76,53 @@ Result<Address> parse_address(std::string_view text) {
     return address;
 }
 
-Result<void> TevConnection::open(milliseconds patience) {
+/// A socket address of any family.
+struct TevConnection::Place {
+    sockaddr_storage address;
+    socklen_t size;
+};
+
+TevConnection::TevConnection(Address address) : address_(std::move(address)) {}
+
+TevConnection::~TevConnection() {
     close();
+}
+
+Error TevConnection::unreachable(const char* why) const {
+    return {"display-unreachable", fmt::format("no viewer at {}: {}", address_.text(), why)};
+}
+
+Result<void> TevConnection::resolve() {
     addrinfo hints{};
     hints.ai_family = AF_UNSPEC;
     hints.ai_socktype = SOCK_STREAM;
     addrinfo* found = nullptr;
     const int unknown =
         getaddrinfo(address_.host.c_str(), std::to_string(address_.port).c_str(), &hints, &found);
-    const auto unreachable = [&](const char* why) {
-        return Error{"display-unreachable",
-                     fmt::format("no viewer at {}: {}", address_.text(), why)};
-    };
     if (unknown != 0) return unreachable(gai_strerror(unknown));
     const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> list(found, freeaddrinfo);
-    const Clock::time_point end = Clock::now() + patience;
-    int error = EADDRNOTAVAIL;
     for (const addrinfo* at = found; at; at = at->ai_next) {
+        Place& place = places_.emplace_back();
+        std::memcpy(&place.address, at->ai_addr, at->ai_addrlen);
+        place.size = at->ai_addrlen;
+    }
+    return {};
+}
+
+Result<void> TevConnection::open(milliseconds patience) {
+    close();
+    if (places_.empty())
+        if (const Result<void> resolved = resolve(); !resolved) return resolved;
+    int error = EADDRNOTAVAIL;
+    for (const Place& place : places_) {
         const int made =
-            socket(at->ai_family, at->ai_socktype | SOCK_NONBLOCK | SOCK_CLOEXEC, at->ai_protocol);
+            socket(place.address.ss_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
         if (made < 0) {
             error = errno;
             continue;
         }
-        error = connect_within(made, *at, end);
+        error = connect_within(made, reinterpret_cast<const sockaddr*>(&place.address), place.size,
+                               Clock::now() + patience);
         if (error == 0) {
             socket_ = made;
             return {};

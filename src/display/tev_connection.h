@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 namespace velatura::display {
 
@@ -24,12 +25,12 @@ struct Address {
 /// `HOST`, `HOST:PORT`, `[IPV6]:PORT`. Errors: "bad-address".
 Result<Address> parse_address(std::string_view text);
 
-/// A TCP connection to a viewer. No call blocks for longer than it is given.
+/// A TCP connection to a viewer. No call blocks for longer than it is given, but for the first
+/// open(), which asks what address the host's name stands for.
 class TevConnection {
   public:
-    explicit TevConnection(Address address) : address_(std::move(address)) {}
-
-    ~TevConnection() { close(); }
+    explicit TevConnection(Address address);
+    ~TevConnection();
 
     TevConnection(const TevConnection&) = delete;
     TevConnection& operator=(const TevConnection&) = delete;
@@ -39,7 +40,8 @@ class TevConnection {
     /// Closes it if the viewer did, which a send would only notice later.
     void notice_end();
 
-    /// Errors: "display-unreachable", with the reason.
+    /// Patience is for each address that the host has. Errors: "display-unreachable", with the
+    /// reason.
     Result<void> open(std::chrono::milliseconds patience);
 
     /// How many of the bytes the viewer took within that time; 0 where it takes none. A viewer
@@ -49,7 +51,12 @@ class TevConnection {
     void close();
 
   private:
+    Result<void> resolve();
+    Error unreachable(const char* why) const;
+
     const Address address_;
+    struct Place;
+    std::vector<Place> places_;  ///< of the host; found once
     int socket_ = -1;
 };
 

@@ -10,16 +10,20 @@
 namespace velatura::integrator {
 
 /// Adds light to the layers of (bounce, group), and tells the observer.
+/// is_sharp: the path met it itself, after mirrors and smooth glass alone. That has no fireflies:
+/// clamps of later bounces leave a lamp behind a pane as it is.
 inline void deposit(const Path& path,
                     int bounce,
                     scene::GroupId group,
                     const Rgb& radiance,
                     const char* what,
-                    film::SampleRadiance& out) {
+                    film::SampleRadiance& out,
+                    bool is_sharp = false) {
     if (is_black(radiance)) return;
-    // What mirrors and smooth glass show has no fireflies: clamps leave a lamp behind them as it is
+    const bool has_limit = !is_sharp || bounce <= 1;
     constexpr float without_limit = std::numeric_limits<float>::infinity();
-    out.add(bounce, int(group), radiance, bounce > 1 && path.is_sharp ? without_limit : path.share);
+    out.add(bounce, int(group), radiance, has_limit ? path.share : without_limit);
+    if (path.observer && !has_limit) path.observer->on_unlimited();
     if (path.observer) path.observer->on_deposit(bounce, group, radiance, what);
 }
 
@@ -43,7 +47,7 @@ inline void deposit_hit(const World& world,
                         const char* what,
                         film::SampleRadiance& out) {
     give_hit(out.labels(), world.has_lobe_multipliers && path.bounce > 0, multipliers,
-             [&] { deposit(path, path.bounce, group, radiance, what, out); });
+             [&] { deposit(path, path.bounce, group, radiance, what, out, path.is_sharp); });
 }
 
 /// The same of the unoccluded layers.

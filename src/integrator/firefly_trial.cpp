@@ -12,6 +12,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -49,12 +50,11 @@ class Deposits final : public PathObserver {
 
     void on_hit(int, const geometry::SurfacePoint&, float, const Rgb&) override {}
 
-    void on_volume(int, const Vec3&, float, const Rgb&) override { is_sharp_ = false; }
-
-    void on_scatter(const Vec3&) override { is_sharp_ = false; }
+    void on_unlimited() override { has_limit_ = false; }
 
     void on_deposit(int bounce, scene::GroupId, const Rgb& radiance, const char*) override {
-        if (bounce >= first_limited && !is_sharp_) pixel_.late.push_back({sample_, radiance});
+        if (bounce >= first_limited && has_limit_) pixel_.late.push_back({sample_, radiance});
+        has_limit_ = true;
     }
 
     void on_end(int, const char*) override {}
@@ -62,12 +62,15 @@ class Deposits final : public PathObserver {
   private:
     Pixel& pixel_;
     const uint32_t sample_;
-    bool is_sharp_ = true;  ///< as Path::is_sharp
+    bool has_limit_ = true;  ///< what comes next
 };
 
 /// To what people can type.
 float rounded(double limit) {
-    return std::stof(fmt::format("{:.3g}", limit));
+    constexpr double least = std::numeric_limits<float>::min(),
+                     largest = std::numeric_limits<float>::max();
+    return float(std::clamp(std::stod(fmt::format("{:.3g}", std::clamp(limit, least, largest))),
+                            least, largest));
 }
 
 class Trial {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <mutex>
 
 namespace velatura::integrator {
@@ -152,7 +153,9 @@ void LightImage::add(int x, int y, const LightPasses& passes, film::SampleRadian
                 }
                 labels->look(events[s.bounce - 1]);
             }
-            out.add(int(s.bounce), int(s.group), s.radiance * float(weight));
+            // Photons are spread over the image: none is a firefly that a clamp is meant for
+            out.add(int(s.bounce), int(s.group), s.radiance * float(weight),
+                    std::numeric_limits<float>::infinity());
             if (labels) labels->stay();
         }
     }

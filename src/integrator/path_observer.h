@@ -26,6 +26,9 @@ class PathObserver {
                             const Rgb& radiance,
                             const char* what) = 0;
 
+    /// Clamps leave the next deposit as it is.
+    virtual void on_unlimited() {}
+
     /// The path may scatter at `at` by lobes that are no delta; beta before it does. Lights sampled
     /// there came before.
     virtual void on_vertex(const guiding::GuidingPoint& at, const Rgb& beta) {

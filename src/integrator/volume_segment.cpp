@@ -50,7 +50,7 @@ VolumeSegment::End VolumeSegment::cross(Path& path,
     hits_.add(path, flight.collides() ? flight.t : t_max, out);
     path.flight = nullptr;
     deposit(path, path.bounce, world_.scene.emissive_group(), path.beta * flight.emitted,
-            "volume emission", out);
+            "volume emission", out, path.is_sharp);
 
     path.beta *= flight.weight;
     if (!flight.collides()) {

@@ -120,6 +120,18 @@ void Renderer::set_light(size_t light, const scene::Light& value) {
     const scene::GroupId group = scene.lights[light].group;
     scene.lights[light] = value;
     scene.lights[light].group = group;
+    // Parts of it, for geometry that its filters act on otherwise, keep what they differ by
+    for (scene::Light& part : scene.lights) {
+        if (!part.is_filter_copy || part.name != value.name || &part == &scene.lights[light])
+            continue;
+        scene::Light changed = value;
+        changed.filters = std::move(part.filters);
+        changed.links = part.links;
+        changed.group = group;
+        changed.is_camera_visible = false;
+        changed.is_filter_copy = true;
+        part = std::move(changed);
+    }
     change_.lights = true;
 }
 

@@ -121,7 +121,8 @@ class Renderer {
     /// Replaces the resolution and the data window [px]. Rebuilds: nothing.
     void set_size(int width, int height, const std::optional<film::Window>& window = {});
 
-    /// Replaces a light, which keeps its light group. Rebuilds: tables of lights.
+    /// Replaces a light, which keeps its light group, and its parts where filters with a filterLink
+    /// divide it. Rebuilds: tables of lights.
     void set_light(size_t light, const scene::Light& value);
 
     /// Replaces a material; it can refer to textures, patterns and primvars of the scene. Rebuilds:

@@ -182,7 +182,7 @@ TEST(Display, RendersShowThemselves) {
     Viewer viewer(Viewer::Mood::Reads);
     const test::Workplace w;
     w.write("s.usda", test::small_scene());
-    const std::string render = "render s.usda -o s.exr --res 70 50 --spp 4 --progress none -q ";
+    const std::string render = "render s.usda -o s.exr --res 70 50 --spp 4 --progress none ";
     const test::CommandResult r = w.velatura(
         render + fmt::format("--display 127.0.0.1:{} --display-layers b1,C_key", viewer.port()));
     ASSERT_EQ(r.exit_code, 0) << r.output;
@@ -207,9 +207,15 @@ TEST(Display, RendersShowThemselves) {
     const std::string hash = w.hash("s.exr");
     EXPECT_EQ(w.velatura(render).exit_code, 0);
     EXPECT_EQ(w.hash("s.exr"), hash);
+    // The beauty alone needs no word about layers
+    const test::CommandResult alone =
+        w.velatura(render + fmt::format("--display 127.0.0.1:{}", viewer.port()));
+    EXPECT_EQ(alone.exit_code, 0);
+    EXPECT_EQ(alone.output.find("[display]"), std::string::npos) << alone.output;
     const test::CommandResult unknown = w.velatura(
         render + fmt::format("--display 127.0.0.1:{} --display-layers b1,C_kay", viewer.port()));
     EXPECT_EQ(unknown.exit_code, 0);
+    EXPECT_NE(unknown.output.find("no light layer \"C_kay\""), std::string::npos) << unknown.output;
     for (const char* wrong : {"--display a:b", "--display-layers b1", "--display x --replay 1,1,1"})
         EXPECT_EQ(w.velatura(std::string("render s.usda ") + wrong).exit_code, 2) << wrong;
 }

@@ -236,6 +236,11 @@ class Look {
     const cells = this.cellGains();
     const family = this.family(cells);
     if (!family) return null;
+    // A lifted shadow needs one gain for all lobes of its light's direct light
+    const same = (a, b) => [0, 1, 2].every(k => cells[3 * a + k] === cells[3 * b + k]);
+    const isDivided = rows => this.lifts(rows).some((lift, i) => lift !== 0 &&
+        !this.data[rows][i].cells.every(cell => same(cell, this.data[rows][i].cells[0])));
+    if (isDivided('shadows') || isDivided('casters')) return null;
     const exposure = fround(2 ** this.exposure);
     const gains = new Float32Array(3 * planeCount);
     for (const {plane, cells: [cell]} of family.terms) {
@@ -248,7 +253,7 @@ class Look {
     }
     for (const rows of ['shadows', 'casters']) {
       const lifts = this.lifts(rows);
-      this.data[rows].forEach(({plane, cell}, i) => {
+      this.data[rows].forEach(({plane, cells: [cell]}, i) => {
         for (let k = 0; k < 3; ++k) {
           gains[3 * plane + k] = fround(fround(cells[3 * cell + k] * lifts[i]) * exposure);
         }

@@ -4,6 +4,8 @@
 // usdRi/schema.usda; outlines of barn and rod: GafferHQ, GafferRenderManUI BarnVisualiser.cpp.
 #include "translate/lights/light_filters.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -118,8 +120,15 @@ Spline read_ri_knots(FilterSite& site,
         site.inputs.warn("unsupported-light-filter-input",
                          "cubic ramp of the light filter is not supported; a smooth step between "
                          "its knots is used");
-    if (spline.knots.size() != count || !std::is_sorted(spline.knots.begin(), spline.knots.end()))
-        spline.knots.clear();
+    const bool is_ramp =
+        spline.knots.size() == count && std::is_sorted(spline.knots.begin(), spline.knots.end());
+    if (!is_ramp && (count > 0 || !spline.knots.empty()))
+        site.inputs.warn(
+            "bad-light-filter",
+            fmt::format("a ramp of the light filter has {} knots and {} values, or its "
+                        "knots do not ascend; it is rendered from 1 to 0",
+                        spline.knots.size(), count));
+    if (!is_ramp) spline.knots.clear();
     return spline;
 }
 

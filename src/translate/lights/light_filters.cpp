@@ -14,6 +14,7 @@
 #include <limits>
 #include <string>
 #include <string_view>
+#include <variant>
 
 namespace velatura::translate::lights {
 
@@ -120,6 +121,21 @@ Identity identify(Context& ctx, Prim filter, Prim light) {
     return {filter, unknown.empty() ? type : unknown};
 }
 
+bool is_sound(const Rgb& color) {
+    return is_finite(color) && color.x >= 0.0f && color.y >= 0.0f && color.z >= 0.0f;
+}
+
+/// Whether the light behind the filter has radiances that are numbers.
+bool has_sound_colors(const scene::LightFilter& filter) {
+    if (!is_sound(filter.tint) || !std::isfinite(filter.saturation)) return false;
+    if (const auto* ramp = std::get_if<scene::RampFilter>(&filter.shape))
+        return std::all_of(ramp->colors.begin(), ramp->colors.end(), is_sound) &&
+               std::all_of(ramp->knots.begin(), ramp->knots.end(),
+                           [](float knot) { return std::isfinite(knot); });
+    const auto* gobo = std::get_if<scene::GoboFilter>(&filter.shape);
+    return !gobo || is_sound(gobo->fill);
+}
+
 void read_filter(Context& ctx,
                  Prim filter,
                  const FilteredLight& light,
@@ -146,7 +162,17 @@ void read_filter(Context& ctx,
     }
     FilterInputs inputs(ctx, filter, identity.owner);
     FilterSite site{ctx, light, inputs, matrix, out};
+    const size_t before = out.size();
     kind->read(site);
+    const bool is_sound =
+        std::all_of(out.begin() + std::ptrdiff_t(before), out.end(), has_sound_colors);
+    if (!is_sound) {
+        out.resize(before);
+        ctx.warn("bad-light-filter", filter,
+                 fmt::format("a color, intensity or knot of the light filter is negative, infinite "
+                             "or not a number; <{}> is rendered without it",
+                             light.prim.path_string()));
+    }
     // Of a light, everything else is its own
     if (!(filter == light.prim)) inputs.warn_rest();
 }

@@ -74,6 +74,18 @@ VisibilityOpinion visibility_at(const Context& ctx, const LinkPathMapping& place
     return opinion;
 }
 
+/// A mesh light is a surface, which cannot be one for some geometry and another for the rest.
+void warn_of_filter_links(Context& ctx, const scene::MeshLight& light) {
+    for (const scene::LightFilter& filter : light.filters) {
+        const Prim prim = ctx.stage.prim_at(filter.name);
+        if (prim && is_linked(ctx, prim, "filterLink"))
+            ctx.warn("unsupported-light-linking", prim,
+                     fmt::format("filterLink is not supported for filters of geometry that is "
+                                 "a light; the filter acts on everything that <{}> lights",
+                                 light.name));
+    }
+}
+
 /// All collections of all lights, what rays see, and what geometry is in them.
 class Linker {
   public:
@@ -129,25 +141,13 @@ class Linker {
         }
         for (size_t i = 0; i < found.mesh_lights.size(); ++i) {
             mesh_lights_.push_back(read_request(found.mesh_lights[i]));
-            warn_of_filter_links(ctx_.scene.mesh_lights[i]);
+            warn_of_filter_links(ctx_, ctx_.scene.mesh_lights[i]);
         }
     }
 
     uint32_t read_filter_collection(const scene::LightFilter& filter) {
         const Prim prim = ctx_.stage.prim_at(filter.name);
         return prim ? read_collection(prim, "filterLink") : everything;
-    }
-
-    /// A mesh light is a surface, which cannot be one for some geometry and another for the rest.
-    void warn_of_filter_links(const scene::MeshLight& light) {
-        for (const scene::LightFilter& filter : light.filters) {
-            const Prim prim = ctx_.stage.prim_at(filter.name);
-            if (prim && is_linked(ctx_, prim, "filterLink"))
-                ctx_.warn("unsupported-light-linking", prim,
-                          fmt::format("filterLink is not supported for filters of geometry that is "
-                                      "a light; the filter acts on everything that <{}> lights",
-                                      light.name));
-        }
     }
 
     Request read_request(Prim light) {

@@ -302,6 +302,32 @@ TEST(LightFilters, ThatAreNotSimulatedAreNamed) {
     EXPECT_EQ(flat.t.count("bad-transform"), 1u);
 }
 
+/// The rest of the light goes on, and the message names the filter.
+TEST(LightFilters, NumbersThatAreNoneAreRefused) {
+    for (const char* inputs : {"float inputs:ri:lightFilter:exposure = 200",
+                               "float inputs:ri:lightFilter:exposure = inf",
+                               "color3f inputs:ri:lightFilter:color = (1e38, 1, 1)\nfloat "
+                               "inputs:ri:lightFilter:intensity = 1e30"}) {
+        const Filters filter(filtered("PxrIntMultLightFilter", inputs));
+        EXPECT_GE(filter.t.count("bad-light-filter"), 1u) << inputs;
+        for (const scene::LightFilter& f : filter.all()) EXPECT_TRUE(is_finite(f.tint)) << inputs;
+    }
+    const auto ramp = [](const std::string& knots, const std::string& values) {
+        return Filters(filtered("PxrRampLightFilter",
+                                "float[] inputs:ri:lightFilter:ramp_Knots = " + knots +
+                                    "\nfloat[] inputs:ri:lightFilter:ramp_Floats = " + values));
+    };
+    EXPECT_EQ(ramp("[0, 1]", "[1, 0.5]").warnings(), 0u);
+    for (const Filters& wrong :
+         {ramp("[0, 1]", "[nan, 1]"), ramp("[0, nan]", "[0, 1]"), ramp("[1, 0]", "[0, 1]"),
+          ramp("[0, 0.5, 1]", "[0, 1]"), ramp("[0, 1]", "[inf, 1]")}) {
+        EXPECT_EQ(wrong.t.count("bad-light-filter"), 1u);
+        for (const scene::LightFilter& f : wrong.all())
+            for (const Rgb& color : std::get<scene::RampFilter>(f.shape).colors)
+                EXPECT_TRUE(is_finite(color));
+    }
+}
+
 TEST(LightFilters, StandRelativeToTheCameraAndGoWithInstances) {
     const std::string lamp =
         "def Xform \"Lamp\" {\ndef SphereLight \"L\" { rel light:filters = <../F>; }\ndef "
