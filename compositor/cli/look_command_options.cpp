@@ -28,8 +28,9 @@ struct ControlOption {
 };
 
 constexpr std::array control_options = {
-    ControlOption{"--gain", Control::Kind::Gain, "NAME=G",
-                  "Gain of a light group, bounce or row: a factor (2, 0.5) or stops (+1.5st)"},
+    ControlOption{
+        "--gain", Control::Kind::Gain, "NAME=G",
+        "Gain of a light group, bounce, lobe or row: a factor (2, 0.5) or stops (+1.5st)"},
     ControlOption{"--tint", Control::Kind::Tint, "NAME=R,G,B", "Tint: a factor per channel"},
     ControlOption{"--kelvin", Control::Kind::Kelvin, "NAME=K",
                   "Color temperature: tint of a black body relative to 6504 K"},

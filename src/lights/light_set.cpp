@@ -113,7 +113,7 @@ class Preparation {
         reader.texture_colors = gobo.texture_colors;
         EnvironmentImage image;
         std::shared_ptr<const EnvironmentImage> loaded;
-        if (load_image(reader, image))
+        if (load_image(reader, image, "a gobo before the light is skipped"))
             loaded = std::make_shared<const EnvironmentImage>(std::move(image));
         return gobos_[key] = loaded;
     }
@@ -182,7 +182,10 @@ class Preparation {
                  "oriented, Debevec's convention is used");
     }
 
-    bool load_image(const scene::Light& light, EnvironmentImage& image) {
+    /// consequence: of an image that cannot be had.
+    bool load_image(const scene::Light& light,
+                    EnvironmentImage& image,
+                    const std::string& consequence = "light emits without its texture") {
         const bool takes_texture =
             light.kind == scene::LightKind::Rect || light.kind == scene::LightKind::Dome;
         if (!takes_texture || light.texture_file.empty()) return false;
@@ -191,14 +194,14 @@ class Preparation {
                   : Result<EnvironmentImage>(Error{"light-texture", "no plugin reads images"});
         if (!loaded) {
             diagnostics_.error("light-texture", loc_of(light), light.name,
-                               "light emits without its texture: " + loaded.error().message);
+                               consequence + ": " + loaded.error().message);
             ++unread_textures_;
             return false;
         }
         image = std::move(loaded).value();
         if (image.width <= 0 || image.height <= 0 ||
             image.texels.size() != size_t(image.width) * size_t(image.height)) {
-            warn(light, "light-texture", "light emits without its texture: the image is empty");
+            warn(light, "light-texture", consequence + ": the image is empty");
             return false;
         }
         const size_t bad = remove_bad_texels(image);

@@ -199,7 +199,8 @@ std::vector<Prim> filter_prims(Context& ctx, Prim light) {
     std::vector<Prim> prims;
     if (has_houdini_doors(ctx, light)) prims.push_back(light);
     for (const auto& path : filter_targets(light))
-        if (const Prim filter = ctx.stage.prim_at(path)) prims.push_back(filter);
+        if (const Prim filter = ctx.stage.prim_at(path); filter && !(filter == light))
+            prims.push_back(filter);
     // Arnold: outputs filters:i1, filters:i2 … of a node graph
     const std::string graph = read_text(light.attribute("primvars:arnold:shaders"), "", ctx.time);
     const Prim shaders = graph.starts_with('/') ? ctx.stage.prim_at(graph) : Prim();
@@ -215,12 +216,14 @@ std::vector<Prim> filter_prims(Context& ctx, Prim light) {
 }
 
 std::vector<scene::LightFilter> read_filters(Context& ctx, const FilteredLight& light) {
-    for (const auto& path : filter_targets(light.prim))
-        if (!ctx.stage.prim_at(path))
-            ctx.warn("bad-light-filter", light.prim,
-                     fmt::format("light filter <{}> does not exist; the light is rendered without "
-                                 "it",
-                                 path.to_string()));
+    for (const auto& path : filter_targets(light.prim)) {
+        const Prim filter = ctx.stage.prim_at(path);
+        if (!filter || filter == light.prim)
+            ctx.warn(
+                "bad-light-filter", light.prim,
+                fmt::format("light filter <{}> {}; the light is rendered without it",
+                            path.to_string(), filter ? "is the light itself" : "does not exist"));
+    }
     std::vector<scene::LightFilter> filters;
     for (const Prim filter : filter_prims(ctx, light.prim))
         read_filter(ctx, filter, light, filters);

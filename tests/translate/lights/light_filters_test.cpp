@@ -295,6 +295,11 @@ TEST(LightFilters, ThatAreNotSimulatedAreNamed) {
     translate_text(camera() + quad("Q") + "def SphereLight \"L\" { rel light:filters = </N>; }\n",
                    missing);
     EXPECT_EQ(missing.count("bad-light-filter"), 1u);
+    Translated itself;
+    translate_text(camera() + quad("Q") + "def SphereLight \"L\" { rel light:filters = </L>; }\n",
+                   itself);
+    EXPECT_EQ(itself.count("bad-light-filter"), 1u);
+    EXPECT_NE(itself.messages("bad-light-filter").find("the light itself"), std::string::npos);
     const Filters flat(filtered("PxrRodLightFilter",
                                 "double3 xformOp:scale = (1, 0, 1)\nuniform token[] xformOpOrder "
                                 "= [\"xformOp:scale\"]"));
