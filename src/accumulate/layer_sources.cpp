@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 
 #include <cstring>
+#include <iterator>
+#include <utility>
 
 namespace velatura::accumulate {
 
@@ -215,6 +217,24 @@ std::vector<LayerSource> path_sources(const LayerSet& set,
         list.push_back(std::move(s));
     }
     return list;
+}
+
+std::vector<LayerSource> light_sources(const LayerSet& set, const AccumulatorTable& table) {
+    std::vector<LayerSource> all;
+    const auto add = [&all](bool is_stored, std::vector<LayerSource> more) {
+        if (is_stored)
+            all.insert(all.end(), std::make_move_iterator(more.begin()),
+                       std::make_move_iterator(more.end()));
+    };
+    add(set.has_lobe_matrix(), lobe_matrix_sources(set, table));
+    add(set.matrix_layers, matrix_sources(set, table));
+    add(set.bounce_layers, bounce_sources(set, table));
+    add(set.group_layers, group_sources(set, table));
+    add(set.shadow_layers, shadow_sources(set, table, true));
+    add(set.shadow_layers, shadow_sources(set, table, false));
+    add(true, path_sources(set, table, "lobes"));
+    add(true, path_sources(set, table, "paths"));
+    return all;
 }
 
 }  // namespace velatura::accumulate

@@ -44,6 +44,9 @@ std::vector<LayerSource> shadow_sources(const LayerSet& set,
                                         const AccumulatorTable& table,
                                         bool unoccluded);
 
+/// All layers of light that the set stores, but those by caster.
+std::vector<LayerSource> light_sources(const LayerSet& set, const AccumulatorTable& table);
+
 /// S_<group>_<caster> of one group, `rest` last.
 std::vector<LayerSource> caster_sources(const LayerSet& set, const AccumulatorTable& table, int g);
 

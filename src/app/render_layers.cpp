@@ -57,18 +57,8 @@ std::optional<std::string> data_layer(const std::string& name) {
 std::map<std::string, std::string> stored_layers(const film::LayerSet& set) {
     std::map<std::string, std::string> names;
     const accumulate::AccumulatorTable table(set);
-    const auto add = [&names](bool is_stored, const std::vector<accumulate::LayerSource>& sources) {
-        if (!is_stored) return;
-        for (const accumulate::LayerSource& s : sources) names.emplace(s.entry.name, s.entry.lpe);
-    };
-    add(set.has_lobe_matrix(), accumulate::lobe_matrix_sources(set, table));
-    add(set.matrix_layers, accumulate::matrix_sources(set, table));
-    add(set.bounce_layers, accumulate::bounce_sources(set, table));
-    add(set.group_layers, accumulate::group_sources(set, table));
-    add(set.shadow_layers, accumulate::shadow_sources(set, table, true));
-    add(set.shadow_layers, accumulate::shadow_sources(set, table, false));
-    add(true, accumulate::path_sources(set, table, "lobes"));
-    add(true, accumulate::path_sources(set, table, "paths"));
+    for (const accumulate::LayerSource& s : accumulate::light_sources(set, table))
+        names.emplace(s.entry.name, s.entry.lpe);
     // Also names of files and parts
     for (const char* data :
          {"beauty", "deep", "data", "rgba", "albedo", "N", "P", "Z", "st", "primId", "instanceId",

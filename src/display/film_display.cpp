@@ -17,7 +17,6 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr int tile_size = 32;  // pixels, as the schedule's usual tiles
-constexpr size_t beauty_channels = 4;
 constexpr milliseconds connect_patience(500), look_again(2000), send_patience(100);
 
 std::vector<std::string> channel_names(const std::vector<accumulate::LayerSource>& layers) {
@@ -46,20 +45,7 @@ accumulate::Triple sum_of(const accumulate::SampleSums& sums,
 Result<std::vector<accumulate::LayerSource>> find_layers(const film::LayerSet& set,
                                                          const std::vector<std::string>& names) {
     const accumulate::AccumulatorTable table(set);
-    std::vector<accumulate::LayerSource> all;
-    const auto add = [&all](bool is_stored, std::vector<accumulate::LayerSource> more) {
-        if (is_stored)
-            all.insert(all.end(), std::make_move_iterator(more.begin()),
-                       std::make_move_iterator(more.end()));
-    };
-    add(set.has_lobe_matrix(), accumulate::lobe_matrix_sources(set, table));
-    add(set.matrix_layers, accumulate::matrix_sources(set, table));
-    add(set.bounce_layers, accumulate::bounce_sources(set, table));
-    add(set.group_layers, accumulate::group_sources(set, table));
-    for (const char* family : {"lobes", "paths"})
-        add(true, accumulate::path_sources(set, table, family));
-    add(set.shadow_layers, accumulate::shadow_sources(set, table, true));
-    add(set.shadow_layers, accumulate::shadow_sources(set, table, false));
+    const std::vector<accumulate::LayerSource> all = accumulate::light_sources(set, table);
     std::vector<accumulate::LayerSource> found;
     for (const std::string& name : names) {
         const auto at = std::find_if(all.begin(), all.end(),

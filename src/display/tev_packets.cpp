@@ -48,7 +48,7 @@ class Writer {
     Bytes bytes_;
 };
 
-/// What the viewer is not to do: to come to the front.
+/// Whether the viewer raises its window: not.
 constexpr char keeps_focus = 0;
 
 }  // namespace
