@@ -278,9 +278,10 @@ Result<std::vector<std::string>> RowNames::caster_layers(const std::string& targ
             layers.push_back(entry.name);
     }
     if (casters.empty())
-        return Error{"mix-not-stored",
-                     "this mix needs shadows by caster, which are not stored; render with --layers "
-                     "shadow,caster"};
+        return Error{
+            "mix-not-stored",
+            "this mix needs shadows by caster, which are not stored; render with shadow and "
+            "caster among --layers"};
     if (!layers.empty()) return layers;
     const std::vector<std::string> names(casters.begin(), casters.end());
     return Error{"unknown-name", fmt::format("no caster '{}' in this light{}, casters: {}", target,

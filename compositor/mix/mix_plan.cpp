@@ -416,12 +416,10 @@ Result<void> Planner::add_shadows() {
         const std::string layer = "S_" + rows_.group_name(g);
         const accumulate::LayerEntry* entry = stack_.header().find(layer);
         if (!entry || entry->family != "shadow") {
-            return Error{
-                "mix-not-stored",
-                fmt::format(
-                    "this mix needs the shadow layer {}, which is not stored; render with --layers "
-                    "shadow",
-                    layer)};
+            return Error{"mix-not-stored", fmt::format("this mix needs the shadow layer {}, which "
+                                                       "is not stored; render with shadow among "
+                                                       "--layers",
+                                                       layer)};
         }
         accumulate::LayerEntry of_group = *entry;
         of_group.group = rows_.group_name(g);

@@ -65,7 +65,7 @@ void draw_clamps(Drawing& drawing) {
 void draw_shadows(Drawing& drawing) {
     const std::vector<std::string>& groups = drawing.session.rows().shadows;
     if (groups.empty()) {
-        text("This file has no shadow layers; render with --layers shadow.", color::dim);
+        text("This file has no shadow layers; render with shadow among --layers.", color::dim);
     } else {
         text("Lifts the shadows of a light: 0 as rendered, 100 % none.", color::dim);
     }
