@@ -20,6 +20,7 @@
 #include <new>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace velatura::app {
@@ -52,6 +53,27 @@ int end_with(const CommandExit& ended) {
     return ended.code;
 }
 
+/// Whether the words ask for lines of Open Job Description; also of a command line with errors.
+bool asks_for_openjd(const std::vector<std::string>& words) {
+    for (size_t i = 1; i < words.size(); ++i)
+        if (words[i] == "--progress=openjd" ||
+            (words[i] == "openjd" && words[i - 1] == "--progress"))
+            return true;
+    return false;
+}
+
+/// Of a command line that ended before it could run.
+int end_of_parsing(const CommandExit& ended, const std::vector<std::string>& words) {
+    if (ended.code == Done || !asks_for_openjd(words)) return end_with(ended);
+    end_with(ended);
+    constexpr std::string_view before = "error: ";
+    const std::string line = ended.text.substr(0, ended.text.find('\n'));
+    keep_failures();
+    note_error(line.starts_with(before) ? line.substr(before.size()) : line);
+    print_failure(ended.code);
+    return ended.code;
+}
+
 int run_command(int argc, char** argv) {
     CommandLine app(
         "Velatura: a path tracer for USD scenes with light layers; `velatura SCENE` is "
@@ -73,7 +95,8 @@ int run_command(int argc, char** argv) {
     add_import_command(app, run);
     add_help_command(app, run, help_topics(), end_with).example("velatura help farm");
     app.set_default_subcommand("render", is_scene_name);
-    if (const std::optional<CommandExit> ended = app.parse(argc, argv)) return end_with(*ended);
+    if (const std::optional<CommandExit> ended = app.parse(argc, argv))
+        return end_of_parsing(*ended, {argv, argv + argc});
     std::fputs(app.notes().c_str(), stderr);
     read_truncated_pages_as_zeros();
     int code = exit_code_with_missing_assets(run ? run() : UsageError);
@@ -117,6 +140,8 @@ int main(int argc, char** argv) {
         std::fputs("error: out of memory [out-of-memory]\n", stderr);
     } catch (const std::exception& e) {
         std::fprintf(stderr, "error: %s [internal]\n", e.what());
+        note_error(std::string(e.what()) + " [internal]");
+        print_failure(RenderError);
     }
     return RenderError;
 }

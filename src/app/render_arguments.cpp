@@ -332,6 +332,9 @@ void declare_report_options(Command report, RenderArguments& a) {
         "--strict", a.strict,
         "Render nothing if the scene has errors or needs a missing plugin; exit code 4 if a "
         "sample is bad");
+    report.add_flag("--require-assets", a.requires_assets,
+                    "Render nothing if an asset or a plugin is missing that can be found so before "
+                    "the first sample; exit code 1");
     report
         .add_option("--missing-textures,--texture-failure", a.missing_textures,
                     "Missing or unreadable textures: fallback (use the fallback color, and count "

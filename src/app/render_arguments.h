@@ -88,6 +88,7 @@ struct RenderArguments {
     std::string progress = "bar";
     std::string stats;
     bool strict = false;
+    bool requires_assets = false;
     std::string missing_textures = "fallback";
     std::string replay;  ///< x,y,s
     std::vector<std::string> purposes;

@@ -361,6 +361,8 @@ Result<void> check_combinations(const RenderArguments& a) {
     if (!a.rates_from.empty() && a.samples.empty()) return usage("--rates-from needs --samples");
     if (!a.rates_from.empty() && a.adaptive == "off")
         return usage("--rates-from and --adaptive off cannot be combined: all rates are 1");
+    if (a.requires_assets && a.assets.missing == "ignore")
+        return usage("--require-assets and --missing-assets ignore cannot be combined");
     if (!a.for_mix.empty() && !a.resume) return usage("--for-mix needs --resume");
     if (!a.for_mix.empty() && !a.samples.empty())
         return usage("--for-mix has its own sample counts; remove --samples");

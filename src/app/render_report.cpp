@@ -2,6 +2,7 @@
 #include "app/render_report.h"
 
 #include "app/exit_codes.h"
+#include "app/missing_assets.h"
 #include "app/progress.h"
 #include "app/replay.h"
 #include "app/stop_signals.h"
@@ -10,6 +11,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -70,6 +73,15 @@ std::string few_pixels_text(const statistics::RelativeError& e, const render::Re
         held, e.worst_x, e.worst_y, brightest.sample, e.worst_x, e.worst_y, brightest.sample);
 }
 
+/// "texture a.png, texture b.png and 3 more".
+std::string first_of(const std::vector<std::string>& names) {
+    constexpr size_t most = 5;
+    const size_t shown = std::min(names.size(), most);
+    const std::string text =
+        fmt::format("{}", fmt::join(names.begin(), names.begin() + std::ptrdiff_t(shown), ", "));
+    return shown < names.size() ? fmt::format("{} and {} more", text, names.size() - shown) : text;
+}
+
 }  // namespace
 
 int reject_frame(const RenderJob& job,
@@ -90,6 +102,12 @@ int reject_frame(const RenderJob& job,
         diagnostics.error("texture-failure", {}, {},
                           format_count(unread_textures, "unreadable texture") +
                               "; --missing-textures error renders nothing");
+    else if (const std::vector<std::string> missing = missing_asset_names();
+             job.arguments.requires_assets && !missing.empty())
+        diagnostics.error("require-assets", {}, {},
+                          fmt::format("missing: {}; --require-assets renders nothing "
+                                      "(--missing-assets ignore renders without them)",
+                                      first_of(missing)));
     else
         return Done;
     return RenderError;

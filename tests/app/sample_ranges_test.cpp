@@ -79,6 +79,19 @@ TEST_F(SampleRanges, OpenJobDescriptionNamesTheReasonOfAFailure) {
     EXPECT_EQ(missed.exit_code, 3);
     EXPECT_TRUE(has(missed.output, "\nopenjd_fail: target missed")) << missed.output;
 
+    // Also of a command line that ends before anything is read, and of a scene that cannot be
+    for (const std::string wrong : {"--progress openjd --sppp 2", "--spp x --progress=openjd"}) {
+        const CommandResult r = try_render(wrong + " -o no.exr");
+        EXPECT_EQ(r.exit_code, 2);
+        EXPECT_TRUE(has(r.output, "openjd_fail: ")) << r.output;
+        EXPECT_TRUE(has(r.output, "--spp")) << r.output;
+        EXPECT_TRUE(has(r.output, "[usage] (exit code 2)\n")) << r.output;
+    }
+    w.write("bad.usda", "#usda 1.0\ndef Sphere \"S\" {\n");
+    const CommandResult bad = w.velatura("render bad.usda --strict --progress openjd -o no.exr");
+    EXPECT_EQ(bad.exit_code, 1);
+    EXPECT_TRUE(has(bad.output, "\nopenjd_fail: ")) << bad.output;
+
     for (const char* fine : {"--spp 2 --progress openjd", "--spp 2 --progress json"}) {
         const CommandResult r = try_render(std::string(fine) + " -o ok.exr");
         EXPECT_EQ(r.exit_code, 0);
@@ -311,6 +324,21 @@ TEST_F(SampleRanges, SppBoundsTheRange) {
     const CommandResult r = try_render("--spp 8 --samples 4:9 -o no.exr");
     EXPECT_EQ(r.exit_code, 2);
     EXPECT_TRUE(has(r.output, "--samples 4:9 reaches beyond --spp 8")) << r.output;
+}
+
+TEST_F(SampleRanges, WithoutAnAssetNothingIsRenderedWhereAllAreRequired) {
+    w.write("s.usda", small_scene() + textured_ball("none.png"));
+    const CommandResult r = try_render("--samples 0:2 --require-assets --progress json -o no.exr");
+    EXPECT_EQ(r.exit_code, 1);
+    EXPECT_TRUE(has(r.output, "missing: texture none.png; --require-assets renders nothing"))
+        << r.output;
+    EXPECT_FALSE(has(r.output, "percent")) << r.output;
+    EXPECT_FALSE(w.exists("no.exr"));
+    w.write("s.usda", small_scene());
+    render("--samples 0:2 --require-assets -o a.exr");
+    render("--samples 0:2 -o b.exr");
+    EXPECT_TRUE(bytes("a.exr") == bytes("b.exr")) << "no setting of the image";
+    EXPECT_EQ(try_render("--require-assets --missing-assets ignore -o x.exr").exit_code, 2);
 }
 
 /// Subdivision has a fallback, control meshes, with which hours of rendering are of no use.

@@ -127,7 +127,7 @@ VALUES = {
     "dicing_rate": 2, "subdivision_level": 1, "dicing_limit": 1, "bounces": "auto", "lights": "off", "layers": "bounce",
     "casters": "/World/Ball", "lpe": ["dd=C<RD>L", "k=C.{2}<L.'Key'>"], "lpe_strict": True, "halves": True,
     "cryptomatte": "object", "cryptomatte_levels": 2, "cryptomatte_through": "refraction", "deep": True, "deep_samples": 2, "resume": True, "resumable": True,
-    "checkpoint": "5m", "snapshot": "5m", "samples": "0:2", "rates_from": None, "for_mix": None, "stats": "FOLDER/s.json", "strict": True, "display": "127.0.0.1:1", "display_layers": "b1",
+    "checkpoint": "5m", "snapshot": "5m", "samples": "0:2", "rates_from": None, "for_mix": None, "stats": "FOLDER/s.json", "strict": True, "require_assets": True, "display": "127.0.0.1:1", "display_layers": "b1",
     "missing_textures": "error", "threads": 3, "volume_memory": 1, "instance_limit": 1, "mode": "tile", "tile": 16,
     "accel": "bvh", "bvh_quality": "fast", "volume_bounds": "one", "asset_root": "FOLDER", "confine": True, "sandbox": True,
     "missing_assets": "ignore", "limit": "prims=1000", "guiding": "on", "splitting": "off", "sampler": "independent",
