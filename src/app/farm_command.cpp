@@ -3,32 +3,29 @@
 #include "app/commands.h"
 #include "app/exit_codes.h"
 #include "app/failure_line.h"
-#include "app/render_job.h"
+#include "app/farm_submit.h"
 #include "app/stop_signals.h"
 #include "base/atomic_file.h"
 #include "base/frames.h"
-#include "base/package_path.h"
 #include "base/tasks.h"
 #include "farm/check.h"
 #include "farm/engine.h"
 #include "farm/job.h"
 #include "farm/local_engine.h"
 #include "farm/merge_job.h"
+#include "farm/preview.h"
 #include "farm/process.h"
 #include "farm/rounds.h"
 #include "farm/run_piece.h"
 #include "farm/status.h"
-#include "integrator/sample_placement.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <chrono>
 #include <csignal>
-#include <filesystem>
 #include <memory>
 #include <string>
 #include <thread>
@@ -38,193 +35,6 @@
 namespace velatura::app {
 
 namespace {
-
-namespace fs = std::filesystem;
-
-static_assert(farm::pilot_samples == integrator::pilot_samples,
-              "a part without rates of adaptive sampling would be refused");
-
-/// The command line of `farm submit` beside the options of the render.
-struct SubmitArguments {
-    RenderArguments render;
-    std::string engine = "local", job, name, program;
-    std::string pieces = "auto";
-    int retries = 2, slots = 0, chunk = 0;
-    std::string account, partition, constraint, show, shot, facility;
-    std::vector<std::string> sbatch;
-    bool is_dry_run = false;
-};
-
-/// Options of a render that pieces have no use for, or whose files do not merge.
-constexpr std::array refused_options = {
-    "--samples",        "--resumable", "--resume",       "--for-mix",
-    "--snapshot",       "--time",      "--rates-from",   "--forecast",
-    "--require-target", "--deep",      "--deep-samples", "--crop",
-    "--replay",         "--stats",     "--display",      "--display-layers"};
-
-/// Options that a job stores in another form.
-constexpr std::array own_options = {
-    "--output",       "--frames",          "--spp",     "--checkpoint", "--progress",
-    "--target-error", "--quiet",           "--verbose", "--engine",     "--job",
-    "--name",         "--program",         "--pieces",  "--retries",    "--slots",
-    "--dry-run",      "--overwrite-input", "--account", "--partition",  "--constraint",
-    "--sbatch",       "--chunk",           "--show",    "--shot",       "--facility"};
-
-/// The options of the engine, each of which belongs to one. Errors: "usage".
-Result<std::vector<std::string>> engine_options(const SubmitArguments& a, farm::Engine engine) {
-    using farm::Engine;
-
-    struct Row {
-        const char* name;
-        const std::string& value;
-        std::vector<Engine> engines;
-    };
-
-    const std::string chunk = a.chunk > 0 ? std::to_string(a.chunk) : "";
-    const std::string threads = a.render.threads > 0 ? std::to_string(a.render.threads) : "";
-    const Row rows[] = {{"account", a.account, {Engine::Slurm}},
-                        {"partition", a.partition, {Engine::Slurm}},
-                        {"constraint", a.constraint, {Engine::Slurm}},
-                        {"show", a.show, {Engine::OpenCue}},
-                        {"shot", a.shot, {Engine::OpenCue}},
-                        {"facility", a.facility, {Engine::OpenCue}},
-                        {"chunk", chunk, {Engine::OpenCue, Engine::OpenJobDescription}}};
-    std::vector<std::string> words;
-    for (const Row& row : rows) {
-        if (row.value.empty()) continue;
-        if (std::find(row.engines.begin(), row.engines.end(), engine) == row.engines.end())
-            return Error{"usage", fmt::format("--{} has no effect with --engine {}", row.name,
-                                              farm::name_of(engine))};
-        words.push_back(fmt::format("--{}={}", row.name, row.value));
-    }
-    if (!a.sbatch.empty() && engine != Engine::Slurm)
-        return Error{"usage", "--sbatch needs --engine slurm"};
-    if (!threads.empty() && engine == Engine::Slurm) words.push_back("--cpus-per-task=" + threads);
-    if (!threads.empty() && engine == Engine::OpenCue) words.push_back("--threads=" + threads);
-    words.insert(words.end(), a.sbatch.begin(), a.sbatch.end());
-    return words;
-}
-
-/// The output without extension and frame number, as a folder.
-std::string default_folder(const std::string& output) {
-    const fs::path path = with_hashes(output);
-    std::string stem = path.stem().string();
-    while (!stem.empty() && std::string_view("#._-").find(stem.back()) != std::string_view::npos)
-        stem.pop_back();
-    return (path.parent_path() / (stem + ".farm")).string();
-}
-
-/// As `velatura render` names the file of a frame.
-std::string output_of(const std::string& pattern, const std::string& frame, bool has_many) {
-    const fs::path path = pattern;
-    const std::string name =
-        has_many && !is_sequence(pattern)
-            ? (path.parent_path() / (path.stem().string() + ".####" + path.extension().string()))
-                  .string()
-            : pattern;
-    return fs::absolute(frame.empty() ? name : frame_path(name, std::stod(frame)))
-        .lexically_normal()
-        .string();
-}
-
-Result<std::vector<std::string>> frames_of(const RenderArguments& a) {
-    if (a.frames.empty() || a.frames == "default") return std::vector<std::string>{a.frames};
-    const auto parsed = parse_frames(a.frames);
-    if (!parsed) return Error{"usage", "--frames: " + parsed.error().message};
-    std::vector<std::string> frames;
-    for (const double frame : *parsed) frames.push_back(fmt::format("{}", frame));
-    return frames;
-}
-
-/// Of --pieces; 0: auto.
-Result<uint64_t> piece_count(const SubmitArguments& a, uint64_t spp) {
-    if (a.pieces == "auto") return 0;
-    const auto refuse = [&] {
-        return Error{
-            "usage",
-            fmt::format("--pieces: expected auto or 1 to {} (--spp), found \"{}\"", spp, a.pieces)};
-    };
-    const bool is_number = !a.pieces.empty() && a.pieces.size() < 10 &&
-                           a.pieces.find_first_not_of("0123456789") == std::string::npos;
-    if (!is_number) return refuse();
-    const uint64_t count = std::stoull(a.pieces);
-    if (count < 1 || count > spp) return refuse();
-    return count;
-}
-
-/// Errors: "usage", "file-not-found".
-Result<farm::Job> make_job(const SubmitArguments& a, const Command& command) {
-    for (const char* name : refused_options)
-        if (command.find_option(name).count() > 0)
-            return Error{"usage", fmt::format("{} cannot be used in a farm job", name)};
-    if (a.render.output.empty()) return Error{"usage", "-o FILE is required: the final image"};
-    if (a.render.exr_layout == "split")
-        return Error{"usage", "--exr-layout split cannot be used in a farm job"};
-    if (a.render.firefly_guard == "auto")
-        return Error{
-            "usage",
-            "--firefly-guard auto cannot be used in a farm job, whose pieces have a part of the "
-            "samples; --firefly-guard N: the samples per pixel of the whole image"};
-    const Result<RenderJob> checked = make_render_job(a.render);
-    if (!checked) return checked.error();
-    if (!fs::exists(split_package_path(a.render.scene).front()))
-        return Error{"file-not-found", fmt::format("{} not found", a.render.scene)};
-    const auto engine = farm::engine_of(a.engine);
-    if (!engine) return engine.error();
-    const auto for_engine = engine_options(a, *engine);
-    if (!for_engine) return for_engine.error();
-    const auto frames = frames_of(a.render);
-    if (!frames) return frames.error();
-
-    farm::Job job;
-    job.engine = *engine;
-    job.engine_options = *for_engine;
-    const std::string folder = a.job.empty() ? default_folder(a.render.output) : a.job;
-    job.folder = fs::absolute(folder).lexically_normal().string();
-    while (job.folder.size() > 1 && job.folder.back() == '/') job.folder.pop_back();
-    job.name = a.name.empty() ? fs::path(job.folder).stem().string() : a.name;
-    job.program = a.program.empty() ? farm::own_program() : a.program;
-    job.build = std::string(build_id());
-    job.directory = fs::current_path().string();
-    job.scene = a.render.scene;
-    std::vector<std::string> except(refused_options.begin(), refused_options.end());
-    except.insert(except.end(), own_options.begin(), own_options.end());
-    job.options = command.given_words(except);
-    if (!a.render.checkpoint.empty()) job.checkpoint = a.render.checkpoint;
-    if (a.render.mode == "tile") job.checkpoint.clear();  // which writes none before its end
-    job.retries = a.retries;
-    job.slots = a.slots;
-    job.frames = *frames;
-    if (a.render.frames == "default") {
-        job.options.emplace_back("--frames=default");
-        job.frames = {""};
-    }
-    for (const std::string& frame : job.frames)
-        job.outputs.push_back(output_of(a.render.output, frame, job.frames.size() > 1));
-    const integrator::RenderOptions& schedule = checked->settings.schedule;
-    uint64_t spp = a.render.spp.value_or(default_spp);
-    job.target_error = schedule.target_error;
-    if (job.target_error > 0) {
-        if (job.engine != farm::Engine::Local && job.engine != farm::Engine::Slurm)
-            return Error{"usage", fmt::format("--target-error needs --engine local or slurm: the "
-                                              "tasks of {} cannot be added to",
-                                              farm::name_of(job.engine))};
-        job.max_spp = schedule.end_sample;
-        spp = std::min<uint64_t>(job.max_spp, default_spp);
-    }
-    const auto ranges = piece_count(a, spp);
-    if (!ranges) return ranges.error();
-    job.ranges = *ranges;
-    const uint64_t count =
-        job.ranges > 0 ? job.ranges : farm::default_pieces(spp, job.frames.size());
-    for (size_t frame = 0; frame < job.frames.size(); ++frame)
-        for (farm::Piece piece : farm::split_samples(0, spp, count)) {
-            piece.frame = frame;
-            job.pieces.push_back(piece);
-        }
-    job.first_pieces = job.pieces.size();
-    return job;
-}
 
 farm::RunOptions run_options() {
     farm::RunOptions options;
@@ -238,11 +48,15 @@ void warn_of_targets(const farm::Job& job, const farm::JobStatus& status) {
     if (job.target_error <= 0) return;
     for (size_t frame = 0; frame < job.frames.size(); ++frame) {
         const std::optional<farm::ErrorAt>& e = status.errors[frame];
+        const std::string& limit = status.limits[frame];
         if (e && e->error > job.target_error)
             fmt::print(stderr,
-                       "warning: {}: error {:.3g} %, target {:.3g} %, at the limit of {} samples "
-                       "per pixel; raise --spp [budget]\n",
-                       job.outputs[frame], 100 * e->error, 100 * job.target_error, e->spp);
+                       "warning: {}: error {:.3g} %, target {:.3g} %, at the limit of {}; raise {} "
+                       "[budget]\n",
+                       job.outputs[frame], 100 * e->error, 100 * job.target_error,
+                       limit.empty() ? fmt::format("{} samples per pixel", e->spp)
+                                     : fmt::format("{} after {} samples per pixel", limit, e->spp),
+                       limit.empty() ? "--spp" : limit);
         else if (!e)
             fmt::print(stderr, "warning: {}: its error is not known [budget]\n",
                        job.outputs[frame]);
@@ -252,9 +66,10 @@ void warn_of_targets(const farm::Job& job, const farm::JobStatus& status) {
 /// About a round that begins.
 std::string round_text(const farm::Job& job, const std::vector<size_t>& pieces) {
     const farm::Piece& last = job.pieces[pieces.back()];
+    if (job.target_error <= 0)
+        return fmt::format("{} further pieces, by what the first ones took", pieces.size());
     return fmt::format(
-        "another round for an error of {:.3g} %: {} pieces, up to {} samples per "
-        "pixel",
+        "another round for an error of {:.3g} %: {} pieces, up to {} samples per pixel",
         100 * job.target_error, pieces.size(), last.end);
 }
 
@@ -318,18 +133,6 @@ int start_job(const farm::Job& job, bool is_quiet) {
     if (!submitted) return fail(submitted.error());
     if (!is_quiet) fmt::print("{}\n", *submitted);
     return Done;
-}
-
-int run_submit(const SubmitArguments& a, const Command& command) {
-    const Result<farm::Job> job = make_job(a, command);
-    if (!job) return fail(job.error());
-    if (const Result<void> made = farm::create_job(*job); !made) return fail(made.error());
-    if (!a.render.quiet) {
-        fmt::print("{}: {} pieces of {} frame{}\n", job->folder, job->pieces.size(),
-                   job->frames.size(), job->frames.size() == 1 ? "" : "s");
-        std::fflush(stdout);
-    }
-    return a.is_dry_run ? int(Done) : start_job(*job, a.render.quiet);
 }
 
 struct StatusArguments {
@@ -470,6 +273,8 @@ int run_one_piece(const farm::Job& job, size_t piece, const TaskProgress& progre
     if (state->state == farm::State::Done) {
         fmt::print("{} done on {} in {:.1f} s\n", job.title(piece), a.node, a.wall_s);
         std::fflush(stdout);
+        farm::merge_finished_frame(job, job.pieces[piece].frame);
+        (void)farm::renew_preview(job, job.pieces[piece].frame);  // ends nothing if it fails
         return Done;
     }
     const std::string why =
@@ -492,7 +297,7 @@ int run_pieces(const TaskArguments& a) {
         return fail({"usage", fmt::format("piece: expected numbers such as 3 or 4-7, found \"{}\"",
                                           a.pieces)});
     const StopSignals signals;
-    std::signal(SIGUSR2, on_warning);
+    for (const int signal : {SIGUSR1, SIGUSR2}) std::signal(signal, on_warning);
     const TaskProgress progress(*job, a.progress == "openjd");
     int worst = Done;
     for (const int piece : *pieces) {
@@ -548,89 +353,13 @@ int run_check(const std::string& folder) {
     if (!checks) return fail(checks.error());
     const std::vector<std::string> lines = farm::differing_machines(*job, *checks);
     for (const std::string& line : lines) fmt::print(stderr, "error: {} [farm-machine]\n", line);
+    for (const std::string& line : farm::differing_processors(*checks))
+        fmt::print("note: {}; the pixels {}\n", line,
+                   lines.empty() ? "are the same" : "are compared above");
     if (!lines.empty()) return RenderError;
     fmt::print("{} ({}): {} machines checked, all alike\n", own->node, own->processor,
                checks->size());
     return Done;
-}
-
-void add_submit(Command farm, std::function<int()>& run) {
-    Command command = farm.add_subcommand(
-        "submit",
-        "Split a render into pieces, render them on several machines or on this one, and merge "
-        "them; takes the options of render");
-    const auto a = std::make_shared<SubmitArguments>();
-    declare_render_options(command, a->render);
-    for (const char* name : refused_options) command.find_option(name).hidden();
-    command.find_option("--output").default_text("");
-    command.find_option("--target-error")
-        .description(
-            "Relative error at which a frame is done: rounds of pieces are added until the merged "
-            "image states it, or up to --spp; engines local and slurm");
-    command.find_option("--checkpoint")
-        .description("Checkpoint interval of a piece: what it keeps when its machine fails")
-        .default_text("5m");
-    Command group = command.add_group("Farm");
-    group
-        .add_option("--engine", a->engine,
-                    "Engine that runs the pieces: local (this machine; returns when all is done), "
-                    "slurm (sbatch), openjd (writes a template of Open Job Description), opencue "
-                    "(writes a job of OpenCue)")
-        .one_of({"local", "slurm", "openjd", "opencue"})
-        .common();
-    group.add_option("--job", a->job, "Job folder, which all machines can write")
-        .type_name("DIR")
-        .default_text("the output's name with .farm")
-        .not_empty()
-        .common();
-    group
-        .add_option("--pieces", a->pieces,
-                    "Sample ranges of a frame; auto: 1 of several frames, else up to 16 of 16 spp "
-                    "or more")
-        .type_name("N|auto")
-        .common();
-    group.add_option("--slots", a->slots, "Maximum pieces at a time; 0: local 1")
-        .range(0, 100000)
-        .common();
-    group
-        .add_option("--retries", a->retries,
-                    "Maximum further tries of a piece that failed; pieces stopped by a signal do "
-                    "not count")
-        .range(0, 100)
-        .common();
-    group.add_option("--name", a->name, "Name of the job")
-        .default_text("that of the folder")
-        .not_empty();
-    group.add_option("--program", a->program, "velatura on the machines that render")
-        .type_name("PATH")
-        .default_text("this program")
-        .not_empty();
-    group.add_option("--account", a->account, "Slurm account").not_empty();
-    group.add_option("--partition", a->partition, "Slurm partition").not_empty();
-    group.add_option("--constraint", a->constraint, "Slurm constraint: features of nodes")
-        .type_name("LIST")
-        .not_empty();
-    group
-        .add_option("--sbatch", a->sbatch,
-                    "Option of sbatch for pieces and merge, e.g. --sbatch=--mem=8G")
-        .type_name("WORD")
-        .expected(1)
-        .take_all();
-    group
-        .add_option("--chunk", a->chunk,
-                    "Pieces of a task: openjd (extension TASK_CHUNKING) and opencue")
-        .range(1, 10000)
-        .default_text("1");
-    group.add_option("--show", a->show, "OpenCue show").default_text("velatura").not_empty();
-    group.add_option("--shot", a->shot, "OpenCue shot").default_text("shot").not_empty();
-    group.add_option("--facility", a->facility, "OpenCue facility")
-        .default_text("local")
-        .not_empty();
-    group.add_flag("--dry-run", a->is_dry_run, "Write the job folder, and start nothing");
-    command.example(
-        "velatura farm submit shot.usda -o shot.exr --spp 256 --pieces 8 --job shot.farm");
-    command.callback(
-        [a, command, &run] { run = [a, command] { return run_submit(*a, command); }; });
 }
 
 Option add_job(Command& command, std::string& folder) {
@@ -696,7 +425,7 @@ void add_farm_command(Command& app, std::function<int()>& run) {
     Command farm = app.add_subcommand(
         "farm", "Render on several machines: submit, check, status, wait, cancel, retry");
     farm.require_subcommand();
-    add_submit(farm, run);
+    add_farm_submit(farm, run, start_job);
     add_status(farm, run);
     const auto a = std::make_shared<JobArguments>();
     add_job_command(

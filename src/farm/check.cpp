@@ -13,7 +13,11 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <map>
+#include <set>
+#include <sstream>
+#include <string_view>
 
 namespace velatura::farm {
 
@@ -25,13 +29,43 @@ using json = nlohmann::ordered_json;
 
 constexpr const char* schema = "velatura.farm.check/1";
 
-/// The model of the processor, as Linux names it.
-std::string processor_model() {
+/// What Linux says of the first processor: "model name", "flags".
+std::string processor_fact(std::string_view name) {
     std::ifstream file("/proc/cpuinfo");
     for (std::string line; std::getline(file, line);)
-        if (line.starts_with("model name") && line.find(": ") != std::string::npos)
+        if (line.starts_with(name) && line.find(": ") != std::string::npos)
             return line.substr(line.find(": ") + 2);
-    return "unknown";
+    return {};
+}
+
+/// Those of the flags that vector code is chosen by, in the order of this list.
+std::string vector_features() {
+    const std::string flags = " " + processor_fact("flags") + " ";
+    std::string found;
+    for (const std::string name : {"sse4_2", "avx", "f16c", "fma", "bmi2", "avx2", "avx512f",
+                                   "avx512bw", "avx512vl", "avx512_bf16", "avx512_fp16"})
+        if (flags.find(" " + name + " ") != std::string::npos)
+            found += (found.empty() ? "" : " ") + name;
+    return found;
+}
+
+std::set<std::string> words_of(const std::string& text) {
+    std::istringstream stream(text);
+    return {std::istream_iterator<std::string>(stream), {}};
+}
+
+/// SHA-256 of the pixels of a file; empty: it cannot be read.
+std::string pixels_of(const std::string& image) {
+    std::string hash;
+    ProcessRequest request;
+    request.arguments = {compositor_program(), "info", "--hash", image};
+    request.on_line = [&](std::string_view line) {
+        constexpr size_t digits = 64;
+        const bool is_hash = line.find_first_not_of("0123456789abcdef") >= digits;
+        if (line.size() >= digits && is_hash) hash = std::string(line.substr(0, digits));
+    };
+    const Result<ProcessResult> ended = run_process(request);
+    return ended && ended->code == 0 ? hash : std::string();
 }
 
 /// A file name of a node.
@@ -48,7 +82,7 @@ void render(const Job& job, MachineCheck& check) {
     words.insert(words.end(), job.options.begin(), job.options.end());
     if (!job.frames.front().empty()) words.push_back("--frames=" + job.frames.front());
     words.insert(words.end(),
-                 {"--res", "8", "8", "--samples=0:1", "--output=" + image, "--progress=none"});
+                 {"--res", "8", "8", "--samples=0:4", "--output=" + image, "--progress=none"});
     ProcessRequest request;
     request.arguments = std::move(words);
     request.directory = job.directory;
@@ -78,14 +112,15 @@ void render(const Job& job, MachineCheck& check) {
     const json all =
         json::parse(layers::file_info_of(reader->header(), *header).settings_json, nullptr, false);
     if (all.is_object()) check.settings = all.value("settings", json::object()).dump();
+    check.pixels = pixels_of(image);
     std::error_code ignored;
     fs::remove(image, ignored);
 }
 
 /// What must be equal: names and values.
 std::map<std::string, std::string> facts_of(const MachineCheck& check) {
-    std::map<std::string, std::string> facts = {{"build", check.build},
-                                                {"files of the scene", check.scene}};
+    std::map<std::string, std::string> facts = {
+        {"build", check.build}, {"files of the scene", check.scene}, {"pixels", check.pixels}};
     const json settings = json::parse(check.settings, nullptr, false);
     if (settings.is_object())
         for (const auto& [name, value] : settings.items()) facts[name] = value.dump();
@@ -98,12 +133,14 @@ Result<MachineCheck> check_machine(const Job& job, const std::string& build) {
     MachineCheck check;
     check.node = node_name();
     check.build = build;
-    check.processor = processor_model();
+    check.processor = processor_fact("model name");
+    check.features = vector_features();
     if (const auto made = make_folder_of(file_of(job, check.node)); !made) return made.error();
     render(job, check);
-    const json j = {{"schema", schema},        {"node", check.node},
-                    {"build", check.build},    {"processor", check.processor},
-                    {"scene", check.scene},    {"settings", check.settings},
+    const json j = {{"schema", schema},           {"node", check.node},
+                    {"build", check.build},       {"processor", check.processor},
+                    {"features", check.features}, {"scene", check.scene},
+                    {"pixels", check.pixels},     {"settings", check.settings},
                     {"problem", check.problem}};
     if (const auto ok =
             write_file_atomically(file_of(job, check.node) + ".json",
@@ -131,10 +168,26 @@ Result<std::vector<MachineCheck>> read_checks(const Job& job) {
         };
         if (value("schema") != schema)
             return Error{"farm-piece", fmt::format("{} is damaged; remove it", file.string())};
-        checks.push_back({value("node"), value("build"), value("processor"), value("scene"),
-                          value("settings"), value("problem")});
+        checks.push_back({value("node"), value("build"), value("processor"), value("features"),
+                          value("scene"), value("pixels"), value("settings"), value("problem")});
     }
     return checks;
+}
+
+std::vector<std::string> differing_processors(const std::vector<MachineCheck>& checks) {
+    std::set<std::string> all;
+    for (const MachineCheck& check : checks) all.merge(words_of(check.features));
+    std::vector<std::string> lines;
+    for (const MachineCheck& check : checks) {
+        const std::set<std::string> own = words_of(check.features);
+        std::vector<std::string> lacks;
+        std::set_difference(all.begin(), all.end(), own.begin(), own.end(),
+                            std::back_inserter(lacks));
+        if (!lacks.empty())
+            lines.push_back(fmt::format("{} ({}) has no {}", check.node, check.processor,
+                                        fmt::join(lacks, ", ")));
+    }
+    return lines;
 }
 
 std::vector<std::string> differing_machines(const Job& job,

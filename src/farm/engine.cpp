@@ -37,9 +37,10 @@ std::string plain_name(const std::string& name, size_t length) {
     return text.substr(0, length);
 }
 
-/// Braces begin an expression in format strings.
+/// Braces begin and end an expression in format strings.
 std::string without_braces(std::string text) {
-    for (size_t at; (at = text.find("{{")) != std::string::npos;) text.replace(at, 2, "__");
+    for (const char* const braces : {"{{", "}}"})
+        for (size_t at; (at = text.find(braces)) != std::string::npos;) text.replace(at, 2, "__");
     return text;
 }
 
@@ -128,6 +129,8 @@ std::string openjd_template(const Job& job, const std::vector<size_t>& pieces) {
     if (chunk > 0) {
         piece["chunks"] = {{"defaultTaskCount", chunk}};
         piece["chunks"]["rangeConstraint"] = "CONTIGUOUS";
+        const int task_time_s = number_option(job, "task-time");
+        if (task_time_s > 0) piece["chunks"]["targetRuntimeSeconds"] = task_time_s;
     }
     if (!pieces.empty()) {
         render["parameterSpace"] = {{"taskParameterDefinitions", json::array({piece})}};

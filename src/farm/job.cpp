@@ -62,10 +62,16 @@ std::string to_json(const Job& job) {
     j["slots"] = job.slots;
     j["frames"] = job.frames;
     j["outputs"] = job.outputs;
+    j["spp"] = job.spp;
+    j["ranges"] = job.ranges;
+    j["piece_time_s"] = job.piece_time_s;
+    j["previews"] = job.has_previews;
     if (job.target_error > 0) {
         j["target_error"] = job.target_error;
         j["max_spp"] = job.max_spp;
-        j["ranges"] = job.ranges;
+        j["max_wall_s"] = job.max_wall_s;
+        j["max_cpu_s"] = job.max_cpu_s;
+        j["mix"] = job.mix;
     }
     return with_pieces(j, job.pieces);
 }
@@ -106,10 +112,16 @@ Job from_json(const json& j) {
     job.slots = whole_number<int>(j.at("slots"));
     job.frames = j.at("frames").get<std::vector<std::string>>();
     job.outputs = j.at("outputs").get<std::vector<std::string>>();
+    job.spp = whole_number<uint64_t>(j.at("spp"));
+    job.ranges = whole_number<uint64_t>(j.at("ranges"));
+    job.piece_time_s = j.at("piece_time_s").get<double>();
+    job.has_previews = j.at("previews").get<bool>();
     if (j.contains("target_error")) {
         job.target_error = j.at("target_error").get<double>();
         job.max_spp = whole_number<uint64_t>(j.at("max_spp"));
-        job.ranges = whole_number<uint64_t>(j.at("ranges"));
+        job.max_wall_s = j.at("max_wall_s").get<double>();
+        job.max_cpu_s = j.at("max_cpu_s").get<double>();
+        job.mix = j.at("mix").get<std::string>();
     }
     job.pieces = pieces_from(j);
     job.first_pieces = job.pieces.size();
@@ -163,6 +175,10 @@ std::string Job::part_file(size_t piece) const {
 
 std::string Job::result_file(size_t frame) const {
     return path("frames/" + numbered(frame, ".json"));
+}
+
+std::string Job::preview_file(size_t frame, const char* extension) const {
+    return path("preview/" + numbered(frame, extension));
 }
 
 std::string Job::title(size_t piece) const {
@@ -221,7 +237,7 @@ Result<void> create_job(const Job& job) {
             fmt::format("{} is a job already; `velatura farm retry` continues it, or choose "
                         "another folder with --job",
                         job.folder)};
-    for (const char* folder : {"pieces", "work", "parts", "frames", "logs"}) {
+    for (const char* folder : {"pieces", "work", "parts", "frames", "logs", "preview"}) {
         fs::create_directories(job.path(folder), error);
         if (error)
             return Error{"io-write",

@@ -42,10 +42,16 @@ struct Job {
     std::vector<std::string> outputs;  ///< absolute, one per frame
     int retries = 2;                   ///< of a piece that failed
     int slots = 1;                     ///< pieces at a time, 0: as the engine decides
-    double target_error = 0;    ///< relative error that ends a frame; 0: its samples are those of
-                                ///< the pieces that it has
-    uint64_t max_spp = 0;       ///< with a target: no round of pieces goes beyond it
+    uint64_t spp = 0;           ///< samples of each pixel; with a target: those of the first round
     uint64_t ranges = 0;        ///< pieces of a frame and round; 0: default_pieces()
+    double piece_time_s = 0;    ///< wall time of a piece, to which further ones are split by what
+                                ///< the first ones took; 0: all pieces are known from the start
+    double target_error = 0;    ///< relative error that ends a frame; 0: `spp` does
+    uint64_t max_spp = 0;       ///< with a target: no round of pieces goes beyond it
+    double max_wall_s = 0;      ///< with a target: no round is expected to end later; 0: no limit
+    double max_cpu_s = 0;       ///< the same of the CPU time of all attempts
+    std::string mix;            ///< with a target: preset whose mix must have it; empty: the image
+    bool has_previews = true;   ///< an interim image of each frame, renewed as pieces arrive
     std::vector<Piece> pieces;  ///< by round, then by frame, then by sample
     size_t first_pieces = 0;    ///< those of the first round; the others are in `rounds.json`
 
@@ -55,6 +61,8 @@ struct Job {
     std::string work_file(size_t piece) const;    ///< the part while it is rendered
     std::string part_file(size_t piece) const;    ///< the finished part
     std::string result_file(size_t frame) const;  ///< what became of a frame
+    /// The interim image of a frame; `extension`: ".exr", ".png", ".json" (what it shows).
+    std::string preview_file(size_t frame, const char* extension) const;
 
     /// Its existence cancels the job.
     std::string cancel_file() const { return path("cancel"); }
@@ -63,7 +71,7 @@ struct Job {
     std::string title(size_t piece) const;
     /// The pieces of a frame.
     std::vector<size_t> pieces_of(size_t frame) const;
-    /// Samples of each pixel of a frame that its pieces have.
+    /// Samples of each pixel of a frame that its pieces have; 0: it has none yet.
     uint64_t spp_of(size_t frame) const;
 };
 

@@ -3,6 +3,7 @@
 
 #include "base/output_lock.h"
 #include "farm/merge_job.h"
+#include "farm/preview.h"
 #include "farm/rounds.h"
 
 #include <algorithm>
@@ -55,17 +56,24 @@ class Queue {
                 piece = *next;
                 is_taken_[piece] = true;
             }
-            Result<PieceState> state = run_piece(job_, piece, options_.run);
-            const std::scoped_lock lock(mutex_);
-            is_taken_[piece] = false;
-            if (!state) {
-                if (!failure_) failure_ = state.error();
-                return;
-            }
-            states_[piece] = std::move(*state);
-            if (options_.on_piece) options_.on_piece(job_, piece, states_[piece]);
-            if (states_[piece].state == State::Done) merge(job_.pieces[piece].frame);
+            if (!keep(piece, run_piece(job_, piece, options_.run))) return;
+            // Beside the other pieces; what it cannot read, they report
+            (void)renew_preview(job_, job_.pieces[piece].frame);
         }
+    }
+
+    /// Returns: false to end this thread.
+    bool keep(size_t piece, Result<PieceState> state) {
+        const std::scoped_lock lock(mutex_);
+        is_taken_[piece] = false;
+        if (!state) {
+            if (!failure_) failure_ = state.error();
+            return false;
+        }
+        states_[piece] = std::move(*state);
+        if (options_.on_piece) options_.on_piece(job_, piece, states_[piece]);
+        if (states_[piece].state == State::Done) merge(job_.pieces[piece].frame);
+        return true;
     }
 
     void merge(size_t frame) {

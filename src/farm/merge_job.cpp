@@ -4,6 +4,8 @@
 #include "base/atomic_file.h"
 #include "base/json_depth.h"
 #include "base/json_numbers.h"
+#include "base/output_lock.h"
+#include "farm/preview.h"
 #include "farm/process.h"
 #include "farm/run_piece.h"
 #include "image/exr.h"
@@ -27,13 +29,6 @@ namespace {
 using json = nlohmann::ordered_json;
 
 constexpr const char* frame_schema = "velatura.farm.frame/1";
-
-/// The compositor beside this program, else that of $PATH.
-std::string compositor_program() {
-    const fs::path beside = fs::path(own_program()).parent_path() / "velatura-comp";
-    std::error_code error;
-    return fs::exists(beside, error) ? beside.string() : "velatura-comp";
-}
 
 /// The settings that a part states, by name.
 json settings_of(const std::string& file) {
@@ -94,19 +89,6 @@ std::map<size_t, std::string> problems_of(const Job& job,
     return problems;
 }
 
-/// The error that an image states in its header; nothing where it is not known.
-std::optional<ErrorAt> stated_error(const std::string& file, uint64_t spp) {
-    const auto reader = image::ExrReader::open(file);
-    if (!reader) return std::nullopt;
-    const auto header = layers::read_layer_header(reader->header());
-    if (!header) return std::nullopt;
-    const std::string stats = layers::file_info_of(reader->header(), *header).stats_json;
-    const json error = json::parse(stats, nullptr, false).value("error", json::object());
-    const json mean = error.value("mean", json());
-    if (!mean.is_number()) return std::nullopt;
-    return ErrorAt{spp, mean.get<double>(), error.value("is_lower", false)};
-}
-
 json to_json(const std::vector<ErrorAt>& errors) {
     json list = json::array();
     for (const ErrorAt& e : errors)
@@ -123,38 +105,25 @@ std::vector<ErrorAt> errors_from(const json& list) {
     return errors;
 }
 
-/// As the file of the frame has it, whatever its pieces are now.
-Result<std::optional<FrameResult>> stored_result(const Job& job, size_t frame) {
-    std::error_code error;
-    if (!fs::exists(job.result_file(frame), error)) return std::optional<FrameResult>();
-    const Result<std::string> text = read_file(job.result_file(frame));
-    if (!text) return text.error();
-    const Error damaged = {"farm-piece", fmt::format("{} is damaged; remove it to merge the frame "
-                                                     "again",
-                                                     job.result_file(frame))};
-    const json j = is_json_too_deep(*text) ? json() : json::parse(*text, nullptr, false);
-    if (!j.is_object() || j.value("schema", json()) != frame_schema) return damaged;
-    try {
-        FrameResult result;
-        result.output = j.at("output").get<std::string>();
-        result.sha256 = j.at("sha256").get<std::string>();
-        result.wall_s = j.at("wall_s").get<double>();
-        result.spp = whole_number<uint64_t>(j.at("spp"));
-        result.errors = errors_from(j.at("errors"));
-        result.problem = j.value("problem", "");
-        return std::optional(std::move(result));
-    } catch (const std::exception&) {
-        return damaged;
-    }
-}
-
-Result<void> write_result(const Job& job, size_t frame, const FrameResult& result) {
-    json j = {{"schema", frame_schema},  {"output", result.output},
-              {"sha256", result.sha256}, {"wall_s", result.wall_s},
-              {"spp", result.spp},       {"errors", to_json(result.errors)}};
-    if (!result.problem.empty()) j["problem"] = result.problem;
-    return write_file_atomically(job.result_file(frame),
-                                 j.dump(1, ' ', false, json::error_handler_t::replace) + "\n");
+/// The error of the mix of the job's preset, as `velatura-comp noise` predicts it from the halves.
+std::optional<ErrorAt> error_of_mix(const Job& job, size_t frame, uint64_t spp) {
+    std::string printed;
+    ProcessRequest request;
+    request.arguments = {compositor_program(), "noise", job.outputs[frame],
+                         "--preset",           job.mix, "--json"};
+    request.log = job.path(fmt::format("logs/merge.{:04}.log", frame));
+    request.on_line = [&](std::string_view line) {
+        // Warnings stand before the object and behind it
+        const bool is_inside = !printed.empty() && !printed.ends_with("\n}\n");
+        if (line == "{" || is_inside) printed += std::string(line) + "\n";
+    };
+    const Result<ProcessResult> ended = run_process(request);
+    if (!ended || ended->code != 0) return std::nullopt;
+    const json report = json::parse(printed, nullptr, false);
+    const json mix = report.is_object() ? report.value("mix", json()) : json();
+    const json value = mix.is_object() ? mix.value("value", json()) : json();
+    if (!value.is_number()) return std::nullopt;
+    return ErrorAt{spp, value.get<double>(), mix.value("isLower", false)};
 }
 
 Result<FrameResult> merge(const Job& job, size_t frame, const std::vector<size_t>& pieces) {
@@ -182,14 +151,63 @@ Result<FrameResult> merge(const Job& job, size_t frame, const std::vector<size_t
     if (ended->code != 0)
         result.problem = fmt::format("the merge of {} ended with exit code {}{}", result.output,
                                      ended->code, printed.empty() ? "" : ": " + printed);
-    else if (const auto error = stated_error(result.output, result.spp))
+    else if (const auto error = job.mix.empty() ? stated_error(result.output, result.spp)
+                                                : error_of_mix(job, frame, result.spp))
         result.errors.push_back(*error);
     if (const auto ok = write_result(job, frame, result); !ok) return ok.error();
     if (!result.problem.empty()) return Error{"farm-merge", result.problem};
+    finish_preview(job, frame);
     return result;
 }
 
 }  // namespace
+
+std::optional<ErrorAt> stated_error(const std::string& file, uint64_t spp) {
+    const auto reader = image::ExrReader::open(file);
+    if (!reader) return std::nullopt;
+    const auto header = layers::read_layer_header(reader->header());
+    if (!header) return std::nullopt;
+    const std::string stats = layers::file_info_of(reader->header(), *header).stats_json;
+    const json error = json::parse(stats, nullptr, false).value("error", json::object());
+    const json mean = error.value("mean", json());
+    if (!mean.is_number()) return std::nullopt;
+    return ErrorAt{spp, mean.get<double>(), error.value("is_lower", false)};
+}
+
+Result<std::optional<FrameResult>> stored_result(const Job& job, size_t frame) {
+    std::error_code error;
+    if (!fs::exists(job.result_file(frame), error)) return std::optional<FrameResult>();
+    const Result<std::string> text = read_file(job.result_file(frame));
+    if (!text) return text.error();
+    const Error damaged = {"farm-piece", fmt::format("{} is damaged; remove it to merge the frame "
+                                                     "again",
+                                                     job.result_file(frame))};
+    const json j = is_json_too_deep(*text) ? json() : json::parse(*text, nullptr, false);
+    if (!j.is_object() || j.value("schema", json()) != frame_schema) return damaged;
+    try {
+        FrameResult result;
+        result.output = j.at("output").get<std::string>();
+        result.sha256 = j.at("sha256").get<std::string>();
+        result.wall_s = j.at("wall_s").get<double>();
+        result.spp = whole_number<uint64_t>(j.at("spp"));
+        result.errors = errors_from(j.at("errors"));
+        result.problem = j.value("problem", "");
+        result.limit = j.value("limit", "");
+        return std::optional(std::move(result));
+    } catch (const std::exception&) {
+        return damaged;
+    }
+}
+
+Result<void> write_result(const Job& job, size_t frame, const FrameResult& result) {
+    json j = {{"schema", frame_schema},  {"output", result.output},
+              {"sha256", result.sha256}, {"wall_s", result.wall_s},
+              {"spp", result.spp},       {"errors", to_json(result.errors)}};
+    if (!result.problem.empty()) j["problem"] = result.problem;
+    if (!result.limit.empty()) j["limit"] = result.limit;
+    return write_file_atomically(job.result_file(frame),
+                                 j.dump(1, ' ', false, json::error_handler_t::replace) + "\n");
+}
 
 Result<std::optional<FrameResult>> read_result(const Job& job, size_t frame) {
     Result<std::optional<FrameResult>> result = stored_result(job, frame);
@@ -203,6 +221,7 @@ Result<std::optional<FrameResult>> read_result(const Job& job, size_t frame) {
 
 Result<std::optional<FrameResult>> merge_frame(const Job& job, size_t frame) {
     const std::vector<size_t> pieces = job.pieces_of(frame);
+    if (job.spp_of(frame) < job.spp) return std::optional<FrameResult>();
     std::vector<PieceState> states;
     for (const size_t piece : pieces) {
         Result<PieceState> state = read_piece(job, piece);
@@ -223,6 +242,18 @@ Result<std::optional<FrameResult>> merge_frame(const Job& job, size_t frame) {
     Result<FrameResult> merged = merge(job, frame, pieces);
     if (!merged) return merged.error();
     return std::optional(std::move(*merged));
+}
+
+void merge_finished_frame(const Job& job, size_t frame) {
+    if (job.frames.size() < 2) return;
+    for (const size_t piece : job.pieces_of(frame)) {
+        const auto state = read_piece(job, piece);
+        if (!state || state->state != State::Done) return;
+    }
+    const Result<OutputLock> lock = OutputLock::take(job.result_file(frame));
+    if (!lock) return;
+    const auto known = read_result(job, frame);
+    if (known && !*known) (void)merge_frame(job, frame);
 }
 
 Result<void> merge_frames(const Job& job) {

@@ -51,6 +51,7 @@ json to_json(const Attempt& a) {
     j["start_s"] = a.start_s;
     j["wall_s"] = a.wall_s;
     j["cpu_s"] = a.cpu_s;
+    if (a.trace_s > 0) j["trace_s"] = a.trace_s;
     j["peak_bytes"] = a.peak_bytes;
     j["code"] = a.code;
     if (!a.reason.empty()) j["reason"] = a.reason;
@@ -66,6 +67,7 @@ Attempt attempt_of(const json& j) {
             .start_s = j.at("start_s").get<double>(),
             .wall_s = j.at("wall_s").get<double>(),
             .cpu_s = j.at("cpu_s").get<double>(),
+            .trace_s = j.value("trace_s", 0.0),
             .peak_bytes = whole_number<uint64_t>(j.at("peak_bytes")),
             .code = whole_number<int>(j.at("code")),
             .reason = j.value("reason", ""),

@@ -34,6 +34,7 @@ struct Attempt {
     double start_s = 0;  ///< Unix time
     double wall_s = 0;   ///< 0 while it runs
     double cpu_s = 0;    ///< user and system
+    double trace_s = 0;  ///< of wall_s: its samples, without what every start costs; 0: unknown
     uint64_t peak_bytes = 0;
     int code = 0;        ///< exit code, 128 + signal
     std::string reason;  ///< why it is not done; empty: it is, or runs

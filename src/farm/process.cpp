@@ -156,4 +156,10 @@ std::string own_program() {
     return error ? std::string() : self.string();
 }
 
+std::string compositor_program() {
+    const auto beside = std::filesystem::path(own_program()).parent_path() / "velatura-comp";
+    std::error_code error;
+    return std::filesystem::exists(beside, error) ? beside.string() : "velatura-comp";
+}
+
 }  // namespace velatura::farm

@@ -39,4 +39,7 @@ std::string host_name();
 /// The program of this process; empty where the system does not name it.
 std::string own_program();
 
+/// The compositor beside this program, else that of $PATH.
+std::string compositor_program();
+
 }  // namespace velatura::farm

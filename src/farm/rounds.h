@@ -10,8 +10,16 @@
 
 namespace velatura::farm {
 
-/// Whether a merged frame needs more samples for the target of its job: its error is above it, and
-/// it has fewer than Job::max_spp.
+/// Samples of the first piece of a frame whose pieces are split by their measured cost: more than
+/// the pilot samples of adaptive sampling, so that all others take its rates.
+inline constexpr uint64_t first_samples = 32;
+
+/// The pieces that a job begins with. Where further ones are split by cost (Job::piece_time_s):
+/// the first samples of every frame with a target, else of the first, middle and last frame.
+std::vector<Piece> first_round(const Job& job);
+
+/// Whether a merged frame needs more samples for the target of its job: its error is above it, it
+/// has fewer than Job::max_spp, and no limit of the job has ended its rounds.
 bool needs_samples(const Job& job, const FrameResult& result);
 
 /// Samples of each pixel for which a frame is expected to reach the target: at most 4 times those
@@ -19,8 +27,9 @@ bool needs_samples(const Job& job, const FrameResult& result);
 /// a power of the samples between -0.5 and -0.75 (statistics::ErrorCurve).
 uint64_t next_spp(const Job& job, const FrameResult& result);
 
-/// Adds a round of pieces to each frame that is merged and needs samples. Returns: their numbers;
-/// none: no frame does. Errors: "farm-piece" (damaged file), "io-write".
+/// Adds pieces to each frame that lacks samples of Job::spp and whose pieces are done, and to each
+/// that is merged and needs samples for the target, as far as the limits of the job allow. Returns:
+/// their numbers; none: no frame does. Errors: "farm-piece" (damaged file), "io-write".
 Result<std::vector<size_t>> add_round(Job& job);
 
 }  // namespace velatura::farm

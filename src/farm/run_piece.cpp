@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "farm/run_piece.h"
 
-#include "base/output_lock.h"
+#include "base/atomic_file.h"
 #include "farm/process.h"
 #include "image/digest.h"
 #include "image/exr.h"
@@ -61,6 +61,10 @@ std::string rates_part(const Job& job, size_t index) {
     return is_there ? job.part_file(first) : std::string();
 }
 
+std::string stats_file(const Job& job, size_t index) {
+    return job.path(fmt::format("work/{:04}.json", index));
+}
+
 std::vector<std::string> command_of(const Job& job, size_t index, const RunOptions& options) {
     const Piece& piece = job.pieces[index];
     std::vector<std::string> words = {job.program, "render", job.scene};
@@ -72,11 +76,25 @@ std::vector<std::string> command_of(const Job& job, size_t index, const RunOptio
         words.push_back(fmt::format("--threads={}", threads));
     if (const std::string rates = rates_part(job, index); !rates.empty())
         words.push_back("--rates-from=" + rates);
-    for (std::string word : {fmt::format("--samples={}:{}", piece.first, piece.end),
-                             "--output=" + job.work_file(index), std::string("--resume"),
-                             std::string("--progress=json")})
+    // A node that lacks a file is to say so at once, not after hours
+    if (!has_option(job, "--missing-assets") && !has_option(job, "--require-assets"))
+        words.emplace_back("--require-assets");
+    for (std::string word :
+         {fmt::format("--samples={}:{}", piece.first, piece.end),
+          "--output=" + job.work_file(index), "--stats=" + stats_file(job, index),
+          std::string("--resume"), std::string("--progress=json")})
         words.push_back(std::move(word));
     return words;
+}
+
+/// Wall time of the samples in the statistics of a render; 0: they do not say so.
+double trace_time(const std::string& file) {
+    const Result<std::string> text = read_file(file);
+    if (!text) return 0;
+    const auto j = nlohmann::json::parse(*text, nullptr, false);
+    if (!j.is_object() || !j.contains("phases_s") || !j["phases_s"].is_object()) return 0;
+    const auto render = j["phases_s"].value("render", nlohmann::json());
+    return render.is_number() ? render.get<double>() : 0;
 }
 
 /// The percentage of a line of --progress json; below 0: another line.
@@ -165,7 +183,9 @@ class Run {
             if (options_.on_progress) options_.on_progress(index_, percent);
         } else if (const size_t at = line.find("error: "); at != std::string_view::npos) {
             constexpr size_t max_length = 400;
-            error_ = std::string(line.substr(0, max_length));
+            // The last line of a render counts what lacks; one before says what it did about it
+            if (error_.empty() || !line.ends_with("[missing-assets]"))
+                error_ = std::string(line.substr(0, max_length));
             is_resume_refused_ = is_resume_refused_ || line.ends_with("[resume-refused]");
             is_locked_ = is_locked_ || line.ends_with("[output-locked]");
         }
@@ -220,6 +240,8 @@ class Run {
             return fail(fmt::format("cannot make {}: {}", job_.part_file(index_), error.message()),
                         1, false);
         state_.part = std::move(*part);
+        attempt().trace_s = trace_time(stats_file(job_, index_));
+        fs::remove(stats_file(job_, index_), error);
         state_.state = State::Done;
         state_.percent = 100;
         if (const Result<void> ok = write(); !ok) return ok.error();

@@ -38,6 +38,18 @@ double wall_of(const PieceState& s) {
     return s.state == State::Running ? std::max(0.0, now_s() - a.start_s) : a.wall_s;
 }
 
+/// Samples of a piece that it has so far.
+double samples_of(const Piece& p, const PieceState& s) {
+    return double(p.end - p.first) * (s.state == State::Done ? 1 : s.percent / 100);
+}
+
+/// Samples of each pixel in a minute, of pieces that run or are done in one start.
+std::string rate_of(const Piece& p, const PieceState& s) {
+    const double wall_s = wall_of(s);
+    const bool is_known = s.attempts.size() == 1 && wall_s > 0 && samples_of(p, s) > 0;
+    return is_known ? fmt::format("{:.3g}", 60 * samples_of(p, s) / wall_s) : "";
+}
+
 std::string table(const Job& job, const JobStatus& status, bool all) {
     std::string rows;
     size_t hidden = 0;
@@ -50,17 +62,18 @@ std::string table(const Job& job, const JobStatus& status, bool all) {
             continue;
         }
         const Piece& p = job.pieces[i];
-        rows += fmt::format("{:>6} {:>8} {:>15} {:<9} {:<16} {:>3} {:>6} {:>11}  {}\n", i,
+        rows += fmt::format("{:>6} {:>8} {:>15} {:<9} {:<16} {:>3} {:>6} {:>8} {:>11}  {}\n", i,
                             job.frames[p.frame].empty() ? "-" : job.frames[p.frame],
                             fmt::format("{}:{}", p.first, p.end), name_of(s.state),
                             s.attempts.empty() ? "-" : s.attempts.back().node, s.attempts.size(),
                             s.state == State::Running ? fmt::format("{:.0f} %", s.percent) : "",
-                            s.attempts.empty() ? "" : duration(wall_of(s)),
+                            rate_of(p, s), s.attempts.empty() ? "" : duration(wall_of(s)),
                             s.attempts.empty() ? "" : s.attempts.back().reason);
     }
     if (rows.empty()) return {};
-    return fmt::format("{:>6} {:>8} {:>15} {:<9} {:<16} {:>3} {:>6} {:>11}  {}\n", "piece", "frame",
-                       "samples", "state", "node", "try", "done", "time", "reason") +
+    return fmt::format("{:>6} {:>8} {:>15} {:<9} {:<16} {:>3} {:>6} {:>8} {:>11}  {}\n", "piece",
+                       "frame", "samples", "state", "node", "try", "done", "spp/min", "time",
+                       "reason") +
            rows;
 }
 
@@ -70,11 +83,21 @@ bool is_run_here(const Job& job) {
     return !lock && lock.error().code == "output-locked";
 }
 
+/// Of the image, or of the interim one if it has more samples.
+std::optional<ErrorAt> current_error(const JobStatus& status, size_t frame) {
+    const std::optional<ErrorAt>& of_image = status.errors[frame];
+    const std::optional<Preview>& preview = status.previews[frame];
+    if (!preview || !preview->error) return of_image;
+    return of_image && of_image->spp >= preview->error->spp ? of_image : preview->error;
+}
+
 /// Error and target; of several frames the largest error. Empty: not known.
 std::string error_text(const Job& job, const JobStatus& status) {
     std::optional<ErrorAt> worst;
-    for (const std::optional<ErrorAt>& e : status.errors)
+    for (size_t i = 0; i < status.errors.size(); ++i) {
+        const std::optional<ErrorAt> e = current_error(status, i);
         if (e && (!worst || e->error > worst->error)) worst = e;
+    }
     if (!worst) return {};
     std::string text = fmt::format("{}error {}{:.3g} %", job.frames.size() > 1 ? "largest " : "",
                                    worst->is_lower ? "at least " : "", 100 * worst->error);
@@ -97,20 +120,31 @@ Result<JobStatus> status_of(const Job& job) {
     Result<std::vector<PieceState>> pieces = read_pieces(job);
     if (!pieces) return pieces.error();
     status.pieces = std::move(*pieces);
-    double first_s = 0, last_s = 0, done_s = 0, open = 0;
-    for (const PieceState& s : status.pieces) {
+    double first_s = 0, last_s = 0, done_s = 0, done_samples = 0, open = 0;
+    std::vector<uint64_t> spp(job.frames.size());
+    for (size_t i = 0; i < status.pieces.size(); ++i) {
+        const PieceState& s = status.pieces[i];
+        const Piece& p = job.pieces[i];
+        spp[p.frame] = std::max(spp[p.frame], p.end);
         ++status.counts[size_t(s.state)];
         for (const Attempt& a : s.attempts) {
             status.cpu_s += a.cpu_s;
             first_s = first_s == 0 ? a.start_s : std::min(first_s, a.start_s);
             last_s = std::max(last_s, a.start_s + a.wall_s);
         }
-        if (s.state == State::Done)
+        status.samples_done += samples_of(p, s);
+        if (s.state == State::Done) {
             done_s += s.attempts.back().wall_s;
-        else if (s.state != State::GaveUp)
-            open += 1 - s.percent / 100;
+            done_samples += double(p.end - p.first);
+        } else if (s.state != State::GaveUp) {
+            open += double(p.end - p.first) - samples_of(p, s);
+        }
     }
     for (size_t frame = 0; frame < job.frames.size(); ++frame) {
+        // Samples that are not split into pieces yet
+        const uint64_t whole = std::max(spp[frame], job.spp);
+        status.samples_wanted += double(whole);
+        open += double(whole - spp[frame]);
         const auto result = read_result(job, frame);
         if (!result) return result.error();
         const bool has_failed = *result && !(*result)->problem.empty();
@@ -119,6 +153,9 @@ Result<JobStatus> status_of(const Job& job) {
         status.errors.push_back(*result && !(*result)->errors.empty()
                                     ? std::optional((*result)->errors.back())
                                     : std::nullopt);
+        status.limits.push_back(*result ? (*result)->limit : "");
+        status.previews.push_back(
+            job.has_previews && !status.is_merged.back() ? read_preview(job, frame) : std::nullopt);
     }
     const size_t done = status.count(State::Done), running = status.count(State::Running);
     if (status.merged_count() == job.frames.size())
@@ -135,7 +172,8 @@ Result<JobStatus> status_of(const Job& job) {
     else
         status.state = JobState::Running;
     if (first_s > 0) status.wall_s = (running > 0 ? std::max(now_s(), last_s) : last_s) - first_s;
-    if (running > 0 && done > 0) status.left_s = done_s / double(done) * open / double(running);
+    if (running > 0 && done_samples > 0)
+        status.left_s = done_s / done_samples * open / double(running);
     return status;
 }
 
@@ -146,6 +184,9 @@ std::string status_text(const Job& job, const JobStatus& status, bool all, doubl
         if (status.count(s) > 0) text += fmt::format(", {} {}", status.count(s), name_of(s));
     text += fmt::format("; {} of {} frame{} written\n", status.merged_count(), job.frames.size(),
                         job.frames.size() == 1 ? "" : "s");
+    if (status.samples_done > 0 && status.samples_done < status.samples_wanted)
+        text += fmt::format("{:.0f} of {:.0f} samples per pixel{}\n", status.samples_done,
+                            status.samples_wanted, job.frames.size() > 1 ? " of all frames" : "");
     if (status.cpu_s > 0 || status.wall_s > 0) {
         text += fmt::format("{} since the first start, {:.3f} CPU hours", duration(status.wall_s),
                             cpu_hours(status));
@@ -174,6 +215,7 @@ std::string status_json(const Job& job, const JobStatus& status, double price) {
     j["wall_s"] = status.wall_s;
     j["cpu_s"] = status.cpu_s;
     j["left_s"] = status.left_s ? json(*status.left_s) : json(nullptr);
+    j["samples"] = {{"done", status.samples_done}, {"wanted", status.samples_wanted}};
     if (price > 0) j["cost"] = price * cpu_hours(status);
     if (job.target_error > 0) j["target_error"] = job.target_error;
     j["outputs"] = json::array();
@@ -183,6 +225,15 @@ std::string status_json(const Job& job, const JobStatus& status, double price) {
                     {"written", bool(status.is_merged[i])}};
         if (const std::optional<ErrorAt>& e = status.errors[i])
             row.update({{"spp", e->spp}, {"error", e->error}, {"is_lower", e->is_lower}});
+        if (!status.limits[i].empty()) row["limit"] = status.limits[i];
+        if (const std::optional<Preview>& p = status.previews[i]) {
+            row["preview"] = {{"file", job.preview_file(i, ".exr")},
+                              {"samples", {p->first, p->end}}};
+            if (p->has_picture) row["preview"]["picture"] = job.preview_file(i, ".png");
+            if (p->error)
+                row["preview"].update(
+                    {{"error", p->error->error}, {"is_lower", p->error->is_lower}});
+        }
         j["outputs"].push_back(std::move(row));
     }
     j["list"] = json::array();
@@ -225,6 +276,9 @@ std::string incomplete_text(const Job& job, const JobStatus& status) {
                             a.reason.empty() ? "did not end" : a.reason, job.path(a.log));
     }
     for (const std::string& problem : status.problems) text += fmt::format("  {}\n", problem);
+    if (missing.empty() && status.samples_done < status.samples_wanted)
+        return fmt::format("{}to render the other samples: velatura farm retry {}\n", text,
+                           job.folder);
     if (missing.empty())
         return fmt::format("{}to merge: velatura farm retry {}\n", text, job.folder);
     return fmt::format("missing: pieces {}\n{}to render them: velatura farm retry {}\n",

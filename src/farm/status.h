@@ -5,6 +5,7 @@
 #include "farm/job.h"
 #include "farm/merge_job.h"
 #include "farm/piece_state.h"
+#include "farm/preview.h"
 
 #include <array>
 #include <cstddef>
@@ -32,11 +33,15 @@ struct JobStatus {
     std::vector<PieceState> pieces;
     std::vector<bool> is_merged;  ///< by frame: its image is written, and no round follows
     std::vector<std::optional<ErrorAt>> errors;  ///< by frame: of the last image; nothing: unknown
-    std::vector<std::string> problems;           ///< of merges that failed
-    std::array<size_t, 7> counts = {};           ///< of pieces by State
-    double cpu_s = 0;                            ///< of all attempts
-    double wall_s = 0;                           ///< since the first one started
-    std::optional<double> left_s;                ///< nothing: unknown, or nothing runs
+    std::vector<std::string> limits;  ///< by frame: which limit ended its rounds; empty: none
+    std::vector<std::optional<Preview>> previews;  ///< by frame: its interim image
+    std::vector<std::string> problems;             ///< of merges that failed
+    std::array<size_t, 7> counts = {};             ///< of pieces by State
+    double cpu_s = 0;                              ///< of all attempts
+    double wall_s = 0;                             ///< since the first one started
+    std::optional<double> left_s;  ///< of all samples that are known to be needed; nothing:
+                                   ///< unknown, or nothing runs
+    double samples_done = 0, samples_wanted = 0;  ///< per pixel, over all frames
 
     size_t count(State s) const { return counts[size_t(s)]; }
 

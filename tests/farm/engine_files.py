@@ -5,7 +5,7 @@
 Usage: engine_files.py BIN | --self-test
 
 Open Job Description: the schema of job templates 2023-09 with the extension TASK_CHUNKING, as far as templates can be checked without their
-parameters' values. OpenCue: the elements of cjsl 1.15 in their order; by xmllint as well where $VELATURA_TEST_FARM or the folder farm of
+parameters' values; by openjd-model as well where Python has it. OpenCue: the elements of cjsl 1.15 in their order; by xmllint as well where $VELATURA_TEST_FARM or the folder farm of
 $VELATURA_TEST_ASSETS has cjsl-1.15.dtd. --self-test plants faults, which the checks must find.
 """
 import copy
@@ -69,10 +69,12 @@ def format_string(value, where, names):
     rest = value
     while "{{" in rest:
         before, _, rest = rest.partition("{{")
+        expect("}}" not in before, f"{where}: an expression that does not begin")
         inside, closed, rest = rest.partition("}}")
         name = inside.strip()
         expect(closed and REFERENCE.fullmatch(name), f"{where}: an expression that does not end, or is no name")
         expect(name in names, f"{where}: {name} is not defined here")
+    expect("}}" not in rest, f"{where}: an expression that does not begin")
 
 
 def int_range(value, where):
@@ -189,6 +191,19 @@ def check_openjd(template):
     expect(max(rank.values()) < len(known), "steps depend on each other in a circle")
 
 
+def refusal_of_model(template):
+    """What openjd-model, the reference implementation, says of a template without the extension: "" if it accepts it, None where it is not installed."""
+    try:
+        from openjd.model import DecodeValidationError, decode_job_template
+    except ImportError:
+        return None
+    try:
+        decode_job_template(template=template)
+        return ""
+    except DecodeValidationError as refusal:
+        return str(refusal)
+
+
 # --- OpenCue ------------------------------------------------------------------------------------------------------------------------------
 
 # Elements in their order; "?": may be absent, "*": any number
@@ -277,10 +292,14 @@ def check_program(programs):
             job = submit(programs, folder, name, "--engine", "openjd", *options)
             template = json.loads((job / "openjd/template.json").read_text())
             check_openjd(template)
+            if "extensions" not in template:
+                expect(not refusal_of_model(template), f"a template that openjd-model accepts: {refusal_of_model(template)}")
             run = next(s for s in template["steps"] if s["name"] == "Render")["script"]["actions"]["onRun"]
             expect(run["cancelation"] == {"mode": "NOTIFY_THEN_TERMINATE", "notifyPeriodInSeconds": 600}, "a stop with time to write")
         chunked = json.loads((folder / "chunked.farm/openjd/template.json").read_text())
-        expect(chunked["steps"][0]["parameterSpace"]["taskParameterDefinitions"][0]["type"] == "CHUNK[INT]", "chunks")
+        chunks = chunked["steps"][0]["parameterSpace"]["taskParameterDefinitions"][0]
+        expect(chunks["type"] == "CHUNK[INT]", "chunks")
+        expect(chunks["chunks"]["targetRuntimeSeconds"] == 600, "tasks of --piece-time")
 
         for name, options in {"cue": ["--show", "s", "--shot", "sh.010"], "cue chunked": ["--chunk", "4", "--threads", "2"],
                               "cue <&> 'q'": ["--pieces", "1"]}.items():
@@ -356,7 +375,7 @@ TEMPLATE = {
 # Paths of the template and what is planted there; None removes
 FAULTS = [
     ("specificationVersion", "jobtemplate-2024-01"), ("specificationVersion", None), ("name", ""), ("name", "a\tb"), ("name", "n" * 129),
-    ("name", "{{Param.Job}}"), ("steps", []), ("steps", None), ("extensions", None), ("extensions", []), ("extensions", ["MOON"]), ("tasks", 1),
+    ("name", "{{Param.Job}}"), ("name", "a }} b"), ("steps", []), ("steps", None), ("extensions", None), ("extensions", []), ("extensions", ["MOON"]), ("tasks", 1),
     ("parameterDefinitions", []), ("parameterDefinitions/0/name", "9x"), ("parameterDefinitions/0/name", "Program"),
     ("parameterDefinitions/0/type", "DIRECTORY"), ("parameterDefinitions/1/dataFlow", "IN"), ("parameterDefinitions/0/default", "p" * 1025),
     ("parameterDefinitions/0/objectType", "FOLDER"), ("steps/0/name", "Merge"), ("steps/0/name", "s" * 65), ("steps/0/script", None),
@@ -392,8 +411,8 @@ XML_FAULTS = [("<show>s</show>", "", True), ("<shot>t</shot><user>u</user>", "<u
               ("<onlayer>render", "<onlayer>moon", False), ('name="merge"', 'name="render"', False)]
 
 
-def planted(path, value):
-    template = copy.deepcopy(TEMPLATE)
+def planted(path, value, base=None):
+    template = copy.deepcopy(base or TEMPLATE)
     *way, last = [int(p) if p.isdigit() else p for p in path.split("/")]
     at = template
     for name in way:
@@ -416,6 +435,17 @@ def is_refused(check, value):
 def self_test():
     check_openjd(TEMPLATE)
     unseen = [f"{path} = {value!r:.40}" for path, value in FAULTS if not is_refused(check_openjd, planted(path, value))]
+    plain = copy.deepcopy(TEMPLATE)
+    del plain["extensions"]
+    task = plain["steps"][0]["parameterSpace"]["taskParameterDefinitions"][0]
+    task["type"] = "INT"
+    del task["chunks"]
+    check_openjd(plain)
+    if refusal_of_model(plain) is not None:
+        expect(refusal_of_model(plain) == "", refusal_of_model(plain))
+        agreed = [f for f in FAULTS if "chunks" not in f[0] and "extensions" not in f[0] and refusal_of_model(planted(*f, plain))]
+        unseen += [f"{path} = {value!r:.40}, which openjd-model refuses" for path, value in agreed if not is_refused(check_openjd, planted(path, value, plain))]
+        print(f"openjd-model refuses {len(agreed)} of them")
     check_opencue(JOB)
     with tempfile.TemporaryDirectory() as folder:
         file = pathlib.Path(folder) / "job.xml"

@@ -299,6 +299,204 @@ TEST_F(FarmCommand, AddsRoundsUntilTheImageHasTheError) {
     EXPECT_EQ(status()["state"], "complete");
 }
 
+/// Without --pieces a frame is split by what its first samples took.
+TEST_F(FarmCommand, SplitsByMeasuredCost) {
+    const auto ranges = [&](const std::string& piece_time) {
+        std::filesystem::remove_all(w.path("j"));
+        const CommandResult r = w.velatura(std::string("farm submit s.usda -o out.exr --job j") +
+                                           options + " --spp 96 --piece-time " + piece_time);
+        EXPECT_EQ(r.exit_code, 0) << r.output;
+        expect_words(r.output, {"piece 0 (samples 0:32) done", "further pieces"});
+        std::vector<std::pair<int, int>> found;
+        const json s = status();
+        for (const json& row : s["list"]) found.emplace_back(row["samples"][0], row["samples"][1]);
+        EXPECT_EQ(s["state"], "complete");
+        const CommandResult one = w.velatura(std::string("render s.usda -o one.exr --progress "
+                                                         "none -q") +
+                                             options + " --spp 96");
+        EXPECT_EQ(one.exit_code, 0) << one.output;
+        EXPECT_EQ(w.hash("out.exr"), w.hash("one.exr"));
+        return found;
+    };
+    // An hour suffices for all others, and a millisecond for none: then the start of a piece
+    // decides
+    EXPECT_EQ(ranges("1h"), (std::vector<std::pair<int, int>>{{0, 32}, {32, 96}}));
+    EXPECT_GE(ranges("0.001s").size(), 2u);
+    const CommandResult r = submit("--pieces auto --piece-time never");
+    EXPECT_EQ(r.exit_code, 2) << r.output;
+}
+
+/// Three frames tell what the others take, which are then whole pieces.
+TEST_F(FarmCommand, FramesComeBeforeRanges) {
+    const CommandResult r =
+        w.velatura("farm submit s.usda -o 'f.####.exr' --job j --frames 1-5 --res 16 12 --spp 4");
+    ASSERT_EQ(r.exit_code, 0) << r.output;
+    expect_words(r.output, {"3 pieces of 5 frames", "2 further pieces"});
+    std::vector<std::string> frames;
+    const json s = status();
+    for (const json& row : s["list"]) frames.push_back(row["frame"]);
+    EXPECT_EQ(frames, (std::vector<std::string>{"1", "3", "5", "2", "4"}));
+    EXPECT_EQ(s["frames"]["written"], 5);
+}
+
+/// As engines run it: the piece that ends last merges its frame.
+TEST_F(FarmCommand, TheLastPieceOfAFrameMergesIt) {
+    const CommandResult r = w.velatura(
+        "farm submit s.usda -o 'f.####.exr' --job j --frames 1,2 --pieces 2 --res 16 12 --spp 4 "
+        "--dry-run");
+    ASSERT_EQ(r.exit_code, 0) << r.output;
+    ASSERT_EQ(w.velatura("farm run j 1").exit_code, 0);
+    EXPECT_FALSE(w.exists("f.0001.exr"));
+    ASSERT_EQ(w.velatura("farm run j 0").exit_code, 0);
+    EXPECT_TRUE(w.exists("f.0001.exr"));
+    EXPECT_FALSE(w.exists("f.0002.exr"));
+    ASSERT_EQ(w.velatura("farm run j 2-3").exit_code, 0);
+    EXPECT_EQ(status()["state"], "complete");
+}
+
+/// The interim image is that of one render of the samples that are there.
+TEST_F(FarmCommand, APreviewIsRenewedWhilePiecesArrive) {
+    const CommandResult r = w.velatura(
+        "farm submit s.usda -o out.exr --job j --res 24 20 --spp 32 "
+        "--bounces 1 --pieces 4 --dry-run");
+    ASSERT_EQ(r.exit_code, 0) << r.output;
+    const auto shown = [&](int piece) {
+        const CommandResult ran = w.velatura(fmt::format("farm run j {}", piece));
+        EXPECT_EQ(ran.exit_code, 0) << ran.output;
+        return status()["outputs"][0].value("preview", json());
+    };
+    EXPECT_EQ(shown(1)["samples"], json({8, 16}));
+    const json first = shown(0);
+    EXPECT_EQ(first["samples"], json({0, 16}));
+    EXPECT_GT(first["error"], 0) << first;
+    ASSERT_EQ(w.velatura("render s.usda -o half.exr --res 24 20 --spp 16 --bounces 1 -q --progress "
+                         "none")
+                  .exit_code,
+              0);
+    EXPECT_EQ(w.hash("j/preview/0000.exr"), w.hash("half.exr"));
+    EXPECT_EQ(first.contains("picture"), w.exists("j/preview/0000.png"));
+    EXPECT_TRUE(w.exists("j/preview/0000.png")) << *read_file(w.path("j/logs/preview.0000.log"));
+    // Between: piece 3 is not beside them, and with piece 2 the image itself is due
+    EXPECT_EQ(shown(3)["samples"], json({0, 16}));
+    EXPECT_EQ(shown(2)["samples"], json({0, 16}));
+    ASSERT_EQ(w.velatura("farm merge j").exit_code, 0);
+    EXPECT_FALSE(w.exists("j/preview/0000.exr")) << "the image is there";
+    EXPECT_FALSE(status()["outputs"][0].contains("preview"));
+    ASSERT_EQ(w.velatura("farm submit s.usda -o n.exr --job n --res 8 8 --spp 4 --pieces 4 "
+                         "--no-preview")
+                  .exit_code,
+              0);
+    EXPECT_FALSE(w.exists("n/preview/0000.png"));
+}
+
+TEST_F(FarmCommand, LimitsOfTimeEndTheRounds) {
+    for (const std::string limit : {"--max-cpu 0.01s", "--max-time 0.01s"}) {
+        std::filesystem::remove_all(w.path("j"));
+        const CommandResult r = w.velatura(
+            "farm submit s.usda -o out.exr --job j --res 24 20 --bounces 1 "
+            "--target-error 0.5% " +
+            limit);
+        EXPECT_EQ(r.exit_code, 0) << r.output;
+        const std::string name = limit.substr(0, limit.find(' '));
+        expect_words(r.output, {"[budget]", "after 32 samples per pixel; raise", name.c_str()});
+        const json s = status();
+        EXPECT_EQ(s["state"], "complete");
+        EXPECT_EQ(s["pieces"]["done"], 1);
+        EXPECT_EQ(s["outputs"][0]["limit"], name);
+    }
+    // Within it rounds go on
+    std::filesystem::remove_all(w.path("j"));
+    const CommandResult r = w.velatura(
+        "farm submit s.usda -o out.exr --job j --res 24 20 --bounces 1 --target-error 0.5% --spp "
+        "64 --max-cpu 1h --max-time 1h");
+    EXPECT_EQ(r.exit_code, 0) << r.output;
+    expect_words(r.output, {"at the limit of 64 samples per pixel; raise --spp"});
+    for (const char* alone : {"--max-cpu 1h", "--max-time 1h", "--for-mix x.json"})
+        EXPECT_EQ(submit(alone).exit_code, 2) << alone;
+}
+
+/// A mix that lifts a noisy bounce needs more samples than the image for the same error.
+TEST_F(FarmCommand, AMixHasTheTarget) {
+    const std::string render =
+        "farm submit s.usda --res 24 20 --bounces 1 --halves --target-error 4% --piece-time 1h";
+    ASSERT_EQ(w.velatura(render + " -o image.exr --job image").exit_code, 0);
+    ASSERT_EQ(w.comp("mix image.exr -o x.exr --solo tail --save-preset look.json").exit_code, 0);
+    const CommandResult r = w.velatura(render + " -o out.exr --job j --for-mix look.json");
+    ASSERT_EQ(r.exit_code, 0) << r.output;
+    const CommandResult noise = w.comp("noise out.exr --preset look.json --json");
+    const json report = json::parse(noise.output.substr(noise.output.find('{')), nullptr, false);
+    const json row = status()["outputs"][0];
+    EXPECT_DOUBLE_EQ(row["error"], report["mix"]["value"]);
+    EXPECT_LE(row["error"], 0.04) << row;
+    const json image = json::parse(w.velatura("farm status image --json").output)["outputs"][0];
+    EXPECT_GT(row["spp"], image["spp"]) << row << image;
+    const CommandResult no_halves =
+        w.velatura("farm submit s.usda -o x.exr --job x --target-error 4% --for-mix look.json");
+    EXPECT_EQ(no_halves.exit_code, 2);
+    expect_words(no_halves.output, {"--halves"});
+}
+
+/// A node that lacks a texture says so before it traces a sample, instead of a part without it.
+TEST_F(FarmCommand, AMissingAssetEndsAPieceAtOnce) {
+    w.write("s.usda", small_scene() + textured_ball("none.png"));
+    const CommandResult r = submit("--retries 0");
+    EXPECT_EQ(r.exit_code, 1) << r.output;
+    expect_words(r.output, {"missing: texture none.png; --require-assets renders nothing",
+                            "--missing-assets ignore"});
+    EXPECT_EQ(status()["list"][0]["state"], "gave-up");
+    EXPECT_FALSE(w.exists("j/work/0000.exr"));
+    EXPECT_EQ(read_file(w.path("j/logs/0000.1.log"))->find("\"percent\""), std::string::npos);
+    std::filesystem::remove_all(w.path("j"));
+    const CommandResult accepted = submit("--missing-assets ignore");
+    EXPECT_EQ(accepted.exit_code, 0) << accepted.output;
+}
+
+/// A warning of an engine: the samples are kept, and the piece goes on where it was.
+TEST_F(FarmCommand, AWarningKeepsTheSamplesOfAPiece) {
+    for (const std::string signal : {"USR1", "USR2", "TERM"}) {
+        std::filesystem::remove_all(w.path("j"));
+        // The render runs beside the shell, which warns its parent when the first samples are there
+        w.write("front.sh", "#!/bin/sh\nparent=$PPID\n[ -e hit ] || { : > hit; (sleep 0.4; kill -" +
+                                signal + " $parent) & }\nexec " + VELATURA_BIN_DIR +
+                                "/velatura \"$@\"\n");
+        std::filesystem::permissions(w.path("front.sh"), std::filesystem::perms::owner_all);
+        std::filesystem::remove(w.path("hit"));
+        const std::string render = " s.usda --res 64 48 --spp 600 --bounces 1 --threads 1";
+        ASSERT_EQ(w.velatura("farm submit" + render +
+                             " -o out.exr --job j --pieces 1 --dry-run "
+                             "--program " +
+                             w.path("front.sh"))
+                      .exit_code,
+                  0);
+        const CommandResult stopped = w.velatura("farm run j 0");
+        EXPECT_GT(stopped.exit_code, 128) << signal << stopped.output;
+        json row = status()["list"][0];
+        EXPECT_EQ(row["state"], "waiting") << row;
+        EXPECT_EQ(row["failures"], 0);
+        const CommandResult info = w.comp("info j/work/0000.exr --json");
+        ASSERT_EQ(info.exit_code, 0) << "its samples are there: " << info.output;
+        // It goes on: what the second start traces and what the first one did are the whole
+        ASSERT_EQ(w.velatura("farm run j 0").exit_code, 0);
+        const std::string log = *read_file(w.path("j/logs/0000.2.log"));
+        const json begin = json::parse(
+            log.substr(log.find("{\"percent\""),
+                       log.find('\n', log.find("{\"percent\"")) - log.find("{\"percent\"")),
+            nullptr, false);
+        EXPECT_GT(begin["spp"], 0.5) << signal << begin;
+        ASSERT_EQ(w.velatura("farm merge j").exit_code, 0);
+    }
+}
+
+TEST_F(FarmCommand, AFullDiskIsNamedAndThePieceTriedAgain) {
+    const CommandResult r = submit(
+        program("case \"$*\" in *--samples=8:16*) [ -e hit ] || { : > hit; ulimit -f 8; };; esac"));
+    ASSERT_EQ(r.exit_code, 0) << r.output;
+    expect_words(r.output,
+                 {"warning: piece 1 (samples 8:16) failed on", "File too large", "trying again"});
+    expect_image_of_one_render();
+    EXPECT_EQ(status()["list"][1]["attempts"], 2);
+}
+
 TEST_F(FarmCommand, RefusesWhatPiecesCannotDo) {
     for (const char* more : {"--samples 0:4",
                              "--resume",
@@ -320,6 +518,10 @@ TEST_F(FarmCommand, RefusesWhatPiecesCannotDo) {
                              "--max-depth -1",
                              "--retries -1",
                              "--frames x",
+                             "--piece-time nan",
+                             "--piece-time ''",
+                             "--target-error 1% --max-cpu -1m",
+                             "--target-error 1% --max-time x",
                              "--caustics no"}) {
         const CommandResult r = submit(std::string("--pieces 3 ") + more);
         EXPECT_EQ(r.exit_code, 2) << more << ": " << r.output;

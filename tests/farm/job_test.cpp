@@ -4,6 +4,8 @@
 
 #include "base/atomic_file.h"
 #include "base/command_line.h"
+#include "farm/check.h"
+#include "farm/cost.h"
 #include "farm/merge_job.h"
 #include "farm/piece_state.h"
 #include "farm/process.h"
@@ -40,6 +42,7 @@ class FarmJob : public ::testing::Test {
         job.options = {"--res", "8", "8", "--set=/W.x=\"quoted\""};
         job.frames = {"1", "1.5"};
         job.outputs = {pattern + "/o.0001.exr", pattern + "/o.0001.500.exr"};
+        job.spp = 8;
         for (size_t frame = 0; frame < 2; ++frame)
             for (Piece p : split_samples(0, 8, 2)) {
                 p.frame = frame;
@@ -262,6 +265,128 @@ TEST_F(FarmJob, StatusNamesWhatLacks) {
     EXPECT_EQ(j["list"][3]["node"], "rust");
     EXPECT_EQ(j["list"][2]["samples"], nlohmann::json({0, 4}));
     EXPECT_DOUBLE_EQ(j["cost"], 3.0);
+}
+
+TEST(FarmCost, RangesTakeThePieceTime) {
+    // 1000 samples of 2 s and a start of 20 s: pieces of 600 s have 290 samples
+    EXPECT_EQ(range_count({20, 2}, 1000, 600), 4u);
+    EXPECT_EQ(range_count({0, 2}, 1000, 500), 4u);
+    // A little more than a piece is no reason for another one
+    EXPECT_EQ(range_count({0, 1}, 600, 500), 1u);
+    EXPECT_EQ(range_count({0, 1}, 700, 500), 2u);
+    // Pieces that are shorter than their start would render less than they read
+    EXPECT_EQ(range_count({20, 2}, 1000, 1), 100u);
+    EXPECT_EQ(range_count({0, 1000}, 8, 1), 8u) << "no more ranges than samples";
+    EXPECT_EQ(range_count({}, 1000, 600), 1u) << "nothing is known";
+}
+
+TEST_F(FarmJob, CostsAreThoseOfPiecesThatAreDone) {
+    job.frames = {"1", "2", "3", "4", "5"};
+    job.outputs.assign(5, "o.exr");
+    job.pieces = {{0, 0, 32}, {4, 0, 32}};
+    std::vector<PieceState> states = {state_on("a", State::Done), state_on("b", State::Done)};
+    states[0].attempts[0].wall_s = 74;
+    states[0].attempts[0].trace_s = 64;
+    states[1].attempts[0].wall_s = 340;
+    states[1].attempts[0].trace_s = 320;
+    EXPECT_DOUBLE_EQ(measured_cost(job, states, 0)->sample_s, 2);
+    EXPECT_DOUBLE_EQ(measured_cost(job, states, 0)->start_s, 10);
+    EXPECT_FALSE(measured_cost(job, states, 2));
+    EXPECT_DOUBLE_EQ(expected_cost(job, states, 2)->sample_s, 6) << "half way from 2 to 10";
+    EXPECT_DOUBLE_EQ(expected_cost(job, states, 3)->start_s, 17.5);
+    EXPECT_DOUBLE_EQ(expected_cost(job, states, 4)->sample_s, 10);
+    // One that went on after a stop: all of it counts
+    states[1].attempts.push_back(states[1].attempts[0]);
+    EXPECT_DOUBLE_EQ(measured_cost(job, states, 4)->sample_s, 680.0 / 32);
+    states[1].state = State::Failed;
+    EXPECT_DOUBLE_EQ(expected_cost(job, states, 4)->sample_s, 2) << "the nearest that is known";
+}
+
+TEST_F(FarmJob, FramesThatTakeLongAreSplit) {
+    job.frames = {"1", "2", "3", "4", "5"};
+    job.outputs.clear();
+    for (int i = 0; i < 5; ++i) job.outputs.push_back(job.directory + "/o.exr");
+    job.spp = 128;
+    job.piece_time_s = 100;
+    job.pieces = first_round(job);
+    job.first_pieces = job.pieces.size();
+    const auto text = [](const std::vector<Piece>& pieces, size_t from) {
+        std::string t;
+        for (size_t i = from; i < pieces.size(); ++i)
+            t += std::to_string(pieces[i].frame) + "=" + std::to_string(pieces[i].first) + ":" +
+                 std::to_string(pieces[i].end) + " ";
+        return t;
+    };
+    EXPECT_EQ(text(job.pieces, 0), "0=0:32 2=0:32 4=0:32 ");
+    ASSERT_TRUE(create_job(job).has_value());
+    EXPECT_TRUE(add_round(job)->empty()) << "nothing is measured";
+    const auto finish = [&](size_t piece, double trace_s) {
+        PieceState s = state_on("a", State::Done);
+        s.attempts[0].wall_s = s.attempts[0].trace_s = trace_s;
+        write(piece, s);
+    };
+    // 16 s for 32 samples: the frame is one piece, or one more; 320 s: 96 samples are ten pieces
+    finish(0, 16);
+    finish(1, 16);
+    finish(2, 320);
+    EXPECT_EQ(add_round(job)->size(), 14u);
+    EXPECT_EQ(text(job.pieces, 3).substr(0, 40), "0=32:128 1=0:128 2=32:128 3=0:32 4=32:40");
+    EXPECT_EQ(job.pieces.back().end, 128u);
+    for (size_t i = 3; i < job.pieces.size(); ++i) finish(i, 168);
+    // The rest of frame 3, whose first samples came alone and took 168 s: 504 s in five pieces
+    const size_t had = job.pieces.size();
+    EXPECT_EQ(add_round(job)->size(), 5u);
+    EXPECT_EQ(text(job.pieces, had).substr(0, 4), "3=32");
+    EXPECT_EQ(read_job(job.folder)->pieces.size(), job.pieces.size());
+    EXPECT_EQ(job.spp_of(3), 128u);
+    EXPECT_TRUE(add_round(job)->empty());
+}
+
+TEST_F(FarmJob, LimitsShortenARound) {
+    job.frames = {"1"};
+    job.outputs.resize(1);
+    job.pieces = {{0, 0, 64}};
+    job.first_pieces = 1;
+    job.spp = 64;
+    job.ranges = 1;
+    job.target_error = 0.01;
+    job.max_spp = 100000;
+    job.max_cpu_s = 150;
+    ASSERT_TRUE(create_job(job).has_value());
+    PieceState s = state_on("a", State::Done);
+    s.attempts[0].cpu_s = 64;
+    write(0, s);
+    // 4 times the samples would take 192 CPU s more; 86 are left
+    write_result(0, 64, R"([{"spp": 64, "error": 0.1, "is_lower": false}])");
+    EXPECT_EQ(add_round(job)->size(), 1u);
+    EXPECT_EQ(job.pieces.back().end, 64u + 86u);
+    write(1, s);
+    s.attempts[0].cpu_s = 85;
+    write(1, s);
+    write_result(0, 150, R"([{"spp": 150, "error": 0.07, "is_lower": false}])");
+    EXPECT_TRUE(add_round(job)->empty()) << "1 CPU s is left";
+    EXPECT_EQ((*read_result(job, 0))->limit, "--max-cpu");
+    EXPECT_EQ(status_of(job)->state, JobState::Complete);
+    EXPECT_EQ(nlohmann::json::parse(status_json(job, *status_of(job), 0))["outputs"][0]["limit"],
+              "--max-cpu");
+}
+
+TEST(FarmCheck, NamesMachinesWithOtherPixelsOrFeatures) {
+    Job job;
+    job.build = "b";
+    const MachineCheck usual = {"n1", "b", "Xeon", "avx avx2 avx512f", "s", "p", "{}", ""};
+    std::vector<MachineCheck> checks(3, usual);
+    checks[1].node = "n2";
+    checks[2].node = "n3";
+    checks[2].processor = "Atom";
+    checks[2].features = "avx avx2";
+    EXPECT_TRUE(differing_machines(job, checks).empty()) << "the same pixels";
+    EXPECT_EQ(differing_processors(checks), std::vector<std::string>{"n3 (Atom) has no avx512f"});
+    checks[2].pixels = "q";
+    EXPECT_EQ(differing_machines(job, checks),
+              std::vector<std::string>{"n3: pixels q, elsewhere p"});
+    checks[1].build = "c";
+    EXPECT_EQ(differing_machines(job, checks).size(), 2u);
 }
 
 TEST_F(FarmJob, ARoundHasTheSamplesThatTheErrorAsksFor) {

@@ -23,8 +23,8 @@ import time
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 NODES = 4
 PROGRAMS = ("slurmctld", "slurmd", "sbatch", "scontrol", "scancel", "sinfo", "squeue")
-SPP = 1024
-RENDER = [str(ROOT / "scenes/cornell/cornell.usda"), "--res", "96", "72", "--spp", str(SPP), "--bounces", "2"]
+SPP = 1024  # a piece of a sixteenth takes seconds: something is left to kill
+RENDER = [str(ROOT / "scenes/cornell/cornell.usda"), "--res", "128", "96", "--spp", str(SPP), "--bounces", "2"]
 TIMEOUT_S = 300
 
 
@@ -203,8 +203,8 @@ def everything_goes_wrong(cluster, programs, folder):
         if job.status()["list"][preempted]["state"] != "done":
             subprocess.run(["scontrol", "requeue", job.task(preempted)], check=True)
         # Kill a node meanwhile, which runs another piece
-        row = next((r for r in job.running(job.status()) if r["piece"] != preempted), None)
-        expect(row, "a running piece on a node to kill")
+        status = job.until("a running piece on a node to kill", lambda s: any(r["piece"] != preempted for r in job.running(s)))
+        row = next(r for r in job.running(status) if r["piece"] != preempted)
         print(f"kill {row['node']}, which renders piece {row['piece']}", flush=True)
         cluster.kill_node(row["node"])
     return job, damaged, preempted
