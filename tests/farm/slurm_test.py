@@ -23,8 +23,10 @@ import time
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 NODES = 4
 PROGRAMS = ("slurmctld", "slurmd", "sbatch", "scontrol", "scancel", "sinfo", "squeue")
-SPP = 1024  # a piece of a sixteenth takes seconds: something is left to kill
-RENDER = [str(ROOT / "scenes/cornell/cornell.usda"), "--res", "128", "96", "--spp", str(SPP), "--bounces", "2"]
+SCENE = [str(ROOT / "scenes/cornell/cornell.usda"), "--bounces", "2"]
+LARGE = [*SCENE, "--res", "128", "96", "--spp", "1024"]  # a piece of a sixteenth takes seconds: something is left to kill
+SPP = 128
+SMALL = [*SCENE, "--res", "64", "48", "--spp", str(SPP)]
 TIMEOUT_S = 300
 
 
@@ -136,13 +138,13 @@ class Cluster:
 
 
 class Job:
-    def __init__(self, programs, folder, name, pieces, options=()):
+    def __init__(self, programs, folder, name, render, options):
         self.programs, self.folder, self.output = programs, folder / f"{name}.farm", folder / f"{name}.exr"
         self.front = folder / f"{name}.sh"  # what --program can name instead of velatura
         self.front.write_text("#!/bin/sh\nexec " + str(programs / "velatura") + ' "$@"\n')
         self.front.chmod(0o755)
-        self.submit = [str(programs / "velatura"), "farm", "submit", *RENDER, "-o", str(self.output), "--job", str(self.folder), "--engine",
-                       "slurm", "--pieces", str(pieces), "--checkpoint", "1s", *options]
+        self.submit = [str(programs / "velatura"), "farm", "submit", *render, "-o", str(self.output), "--job", str(self.folder), "--engine",
+                       "slurm", "--checkpoint", "1s", *options]
 
     def start(self):
         done = subprocess.run(self.submit, capture_output=True, text=True)
@@ -184,7 +186,7 @@ def expect(condition, text):
 
 
 def everything_goes_wrong(cluster, programs, folder):
-    job = Job(programs, folder, "hard", 16, ["--retries", "3", "--sbatch=--comment=a test"])
+    job = Job(programs, folder, "hard", LARGE, ["--pieces", "16", "--retries", "3", "--sbatch=--comment=a test"])
     job.start()
     status = job.until("a done piece", lambda s: s["pieces"]["done"] >= 1 and len(job.running(s)) >= 3)
     # Damage the part that is done
@@ -201,7 +203,9 @@ def everything_goes_wrong(cluster, programs, folder):
                   and s["list"][preempted]["attempts"] == attempt and s["list"][preempted]["percent"] > 0
                   or s["list"][preempted]["state"] == "done")
         if job.status()["list"][preempted]["state"] != "done":
-            subprocess.run(["scontrol", "requeue", job.task(preempted)], check=True)
+            # Slurm stops all of the task and starts it again; or it warns it, and the piece does so
+            subprocess.run(["scontrol", "requeue", job.task(preempted)] if attempt == 1 else
+                           ["scancel", "--batch", "--signal=USR1", job.task(preempted)], check=True)
         # Kill a node meanwhile, which runs another piece
         status = job.until("a running piece on a node to kill", lambda s: any(r["piece"] != preempted for r in job.running(s)))
         row = next(r for r in job.running(status) if r["piece"] != preempted)
@@ -239,15 +243,23 @@ def main():
         folder = (arguments.keep or pathlib.Path(temporary)).resolve()
         folder.mkdir(parents=True, exist_ok=True)
         with Cluster(folder / "slurm") as cluster:
-            fails = Job(programs, folder, "fails", 4, ["--retries", "1"])
+            fails = Job(programs, folder, "fails", SMALL, ["--pieces", "4", "--retries", "1"])
             fails.front.write_text(f"#!/bin/sh\ncase \"$*\" in *--samples={SPP // 4}:{SPP // 2}*) echo 'error: no license [test]' >&2; exit 1;; esac\nexec "
                                    + str(programs / "velatura") + ' "$@"\n')
             fails.submit += ["--program", str(fails.front)]
             job, damaged, preempted = everything_goes_wrong(cluster, programs, folder)
             fails.start()
-            one = folder / "one.exr"
-            subprocess.run([str(programs / "velatura"), "render", *RENDER, "-o", str(one), "--progress", "none", "-q"], check=True)
+            # Split by what the first samples took, in rounds that the merge submits
+            measured = Job(programs, folder, "measured", SMALL, ["--piece-time", "1s"])
+            measured.start()
+            one, small = folder / "one.exr", folder / "small.exr"
+            for image, render in ((one, LARGE), (small, SMALL)):
+                subprocess.run([str(programs / "velatura"), "render", *render, "-o", str(image), "--progress", "none", "-q"], check=True)
             check(job, damaged, preempted, one)
+            subprocess.run([str(programs / "velatura"), "farm", "wait", str(measured.folder)], check=True, timeout=TIMEOUT_S)
+            expect(pixels(programs, measured.output) == pixels(programs, small), "the image of one render of a job that is split by cost")
+            expect(len(measured.status()["list"]) >= 2, "a round behind the first samples")
+            expect((measured.folder / "preview/0000.png").exists(), "a picture")
             done = subprocess.run([str(programs / "velatura"), "farm", "wait", str(fails.folder)], capture_output=True, text=True,
                                   timeout=TIMEOUT_S)
             expect(done.returncode == 1, f"exit code 1 of a job that lacks a piece, found {done.returncode}: {done.stdout}{done.stderr}")
@@ -259,7 +271,7 @@ def main():
             fails.front.write_text("#!/bin/sh\nexec " + str(programs / "velatura") + ' "$@"\n')
             subprocess.run([str(programs / "velatura"), "farm", "retry", str(fails.folder)], check=True)
             subprocess.run([str(programs / "velatura"), "farm", "wait", str(fails.folder)], check=True, timeout=TIMEOUT_S)
-            expect(pixels(programs, fails.output) == pixels(programs, one), "the image of one render after the retry")
+            expect(pixels(programs, fails.output) == pixels(programs, small), "the image of one render after the retry")
             expect([r["attempts"] for r in fails.status()["list"]] == [1, 3, 1, 1], "only the failed piece rendered again")
 
 
