@@ -92,7 +92,11 @@ std::map<size_t, std::string> problems_of(const Job& job,
 json to_json(const std::vector<ErrorAt>& errors) {
     json list = json::array();
     for (const ErrorAt& e : errors)
-        list.push_back({{"spp", e.spp}, {"error", e.error}, {"is_lower", e.is_lower}});
+        list.push_back({{"spp", e.spp},
+                        {"error", e.error},
+                        {"is_lower", e.is_lower},
+                        {"low", e.low},
+                        {"high", e.high}});
     return list;
 }
 
@@ -101,7 +105,7 @@ std::vector<ErrorAt> errors_from(const json& list) {
     std::vector<ErrorAt> errors;
     for (const json& e : list)
         errors.push_back({whole_number<uint64_t>(e.at("spp")), e.at("error").get<double>(),
-                          e.at("is_lower").get<bool>()});
+                          e.at("is_lower").get<bool>(), e.value("low", 0.0), e.value("high", 0.0)});
     return errors;
 }
 
@@ -123,7 +127,8 @@ std::optional<ErrorAt> error_of_mix(const Job& job, size_t frame, uint64_t spp) 
     const json mix = report.is_object() ? report.value("mix", json()) : json();
     const json value = mix.is_object() ? mix.value("value", json()) : json();
     if (!value.is_number()) return std::nullopt;
-    return ErrorAt{spp, value.get<double>(), mix.value("isLower", false)};
+    return ErrorAt{spp, value.get<double>(), mix.value("isLower", false), mix.value("low", 0.0),
+                   mix.value("high", 0.0)};
 }
 
 Result<FrameResult> merge(const Job& job, size_t frame, const std::vector<size_t>& pieces) {
@@ -171,7 +176,8 @@ std::optional<ErrorAt> stated_error(const std::string& file, uint64_t spp) {
     const json error = json::parse(stats, nullptr, false).value("error", json::object());
     const json mean = error.value("mean", json());
     if (!mean.is_number()) return std::nullopt;
-    return ErrorAt{spp, mean.get<double>(), error.value("is_lower", false)};
+    return ErrorAt{spp, mean.get<double>(), error.value("is_lower", false), error.value("low", 0.0),
+                   error.value("high", 0.0)};
 }
 
 Result<std::optional<FrameResult>> stored_result(const Job& job, size_t frame) {

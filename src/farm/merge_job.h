@@ -15,8 +15,9 @@ namespace velatura::farm {
 /// The error that a merged image states.
 struct ErrorAt {
     uint64_t spp = 0;
-    double error = 0;       ///< relative standard error
-    bool is_lower = false;  ///< the error is no less than that
+    double error = 0;          ///< relative standard error
+    bool is_lower = false;     ///< the error is no less than that
+    double low = 0, high = 0;  ///< 95 % interval; 0: unknown
 };
 
 /// What became of a frame.

@@ -164,21 +164,41 @@ std::vector<Piece> first_round(const Job& job) {
     return pieces;
 }
 
+double error_by_rounds(const std::vector<ErrorAt>& errors) {
+    // The power lies between -0.5 and -0.75
+    constexpr double power = 0.6, power_deviation = 0.07, quantile = 1.96;
+    const ErrorAt& last = errors.back();
+    double weights = 0, sum = 0;
+    for (const ErrorAt& e : errors) {
+        if (!(e.low > 0 && e.high > e.low && e.error > 0)) continue;
+        // Images that share most of their samples say the same again
+        if (&e != &last && 3 * e.spp > 2 * last.spp) continue;
+        const double further = std::log(double(last.spp) / double(e.spp));
+        const double deviation = std::log(e.high / e.low) / (2 * quantile);
+        const double weight = 1 / (deviation * deviation + std::pow(power_deviation * further, 2));
+        weights += weight;
+        sum += weight * (std::log(e.error) - power * further);
+    }
+    return last.low > 0 && weights > 0 ? std::exp(sum / weights) : last.error;
+}
+
 bool needs_samples(const Job& job, const FrameResult& result) {
     if (job.target_error <= 0 || result.errors.empty() || !result.limit.empty()) return false;
-    const ErrorAt& last = result.errors.back();
-    return last.error > job.target_error && last.spp < job.max_spp;
+    return error_by_rounds(result.errors) > job.target_error &&
+           result.errors.back().spp < job.max_spp;
 }
 
 uint64_t next_spp(const Job& job, const FrameResult& result) {
     constexpr double most = 4;
     const ErrorAt& last = result.errors.back();
-    const double ratio =
-        std::min(most, std::pow(last.error / job.target_error, 1 / slope_of(result.errors)));
+    const double ratio = std::min(most, std::pow(error_by_rounds(result.errors) / job.target_error,
+                                                 1 / slope_of(result.errors)));
     const double wanted = double(last.spp) * ratio;
     const uint64_t unit = std::max<uint64_t>(1, std::bit_floor(uint64_t(wanted)) / 16);
     const uint64_t spp = (uint64_t(std::ceil(wanted)) + unit - 1) / unit * unit;
-    return std::min(std::max(spp, last.spp + unit), job.max_spp);
+    // Each round costs the start of its pieces and a merge
+    const uint64_t least = std::max<uint64_t>(1, last.spp / 8);
+    return std::min(std::max(spp, last.spp + least), job.max_spp);
 }
 
 Result<std::vector<size_t>> add_round(Job& job) {

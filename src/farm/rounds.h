@@ -18,12 +18,19 @@ inline constexpr uint64_t first_samples = 32;
 /// the first samples of every frame with a target, else of the first, middle and last frame.
 std::vector<Piece> first_round(const Job& job);
 
+/// The error of an image by all rounds of its frame: that which each stated, brought to the samples
+/// of the last one by the usual power of -0.6, in a mean by their intervals. One image shows its
+/// own error with a fourth of it open, and the rounds are to end by the error, not by that chance.
+/// Without an interval, that of the last one. Needs an error.
+double error_by_rounds(const std::vector<ErrorAt>& errors);
+
 /// Whether a merged frame needs more samples for the target of its job: its error is above it, it
 /// has fewer than Job::max_spp, and no limit of the job has ended its rounds.
 bool needs_samples(const Job& job, const FrameResult& result);
 
 /// Samples of each pixel for which a frame is expected to reach the target: at most 4 times those
-/// that it has, in steps of a sixteenth of a power of two as one render takes them. Errors fall by
+/// that it has, an eighth more at least, in steps of a sixteenth of a power of two as one render
+/// takes them. Errors fall by
 /// a power of the samples between -0.5 and -0.75 (statistics::ErrorCurve).
 uint64_t next_spp(const Job& job, const FrameResult& result);
 

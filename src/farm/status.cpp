@@ -150,9 +150,15 @@ Result<JobStatus> status_of(const Job& job) {
         const bool has_failed = *result && !(*result)->problem.empty();
         if (has_failed) status.problems.push_back((*result)->problem);
         status.is_merged.push_back(*result && !has_failed && !needs_samples(job, **result));
-        status.errors.push_back(*result && !(*result)->errors.empty()
-                                    ? std::optional((*result)->errors.back())
-                                    : std::nullopt);
+        std::optional<ErrorAt> error;
+        if (*result && !(*result)->errors.empty()) {
+            error = (*result)->errors.back();
+            status.stated.push_back(error->error);
+            error->error = error_by_rounds((*result)->errors);
+        } else {
+            status.stated.push_back(0);
+        }
+        status.errors.push_back(error);
         status.limits.push_back(*result ? (*result)->limit : "");
         status.previews.push_back(
             job.has_previews && !status.is_merged.back() ? read_preview(job, frame) : std::nullopt);
@@ -224,7 +230,10 @@ std::string status_json(const Job& job, const JobStatus& status, double price) {
                     {"file", job.outputs[i]},
                     {"written", bool(status.is_merged[i])}};
         if (const std::optional<ErrorAt>& e = status.errors[i])
-            row.update({{"spp", e->spp}, {"error", e->error}, {"is_lower", e->is_lower}});
+            row.update({{"spp", e->spp},
+                        {"error", e->error},
+                        {"is_lower", e->is_lower},
+                        {"stated", status.stated[i]}});
         if (!status.limits[i].empty()) row["limit"] = status.limits[i];
         if (const std::optional<Preview>& p = status.previews[i]) {
             row["preview"] = {{"file", job.preview_file(i, ".exr")},

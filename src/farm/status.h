@@ -32,7 +32,8 @@ struct JobStatus {
     JobState state = JobState::Waiting;
     std::vector<PieceState> pieces;
     std::vector<bool> is_merged;  ///< by frame: its image is written, and no round follows
-    std::vector<std::optional<ErrorAt>> errors;  ///< by frame: of the last image; nothing: unknown
+    std::vector<std::optional<ErrorAt>> errors;  ///< by frame: error_by_rounds(); nothing: unknown
+    std::vector<double> stated;       ///< by frame: the error in the header of that image; 0: none
     std::vector<std::string> limits;  ///< by frame: which limit ended its rounds; empty: none
     std::vector<std::optional<Preview>> previews;  ///< by frame: its interim image
     std::vector<std::string> problems;             ///< of merges that failed

@@ -426,7 +426,7 @@ TEST_F(FarmCommand, AMixHasTheTarget) {
     const CommandResult noise = w.comp("noise out.exr --preset look.json --json");
     const json report = json::parse(noise.output.substr(noise.output.find('{')), nullptr, false);
     const json row = status()["outputs"][0];
-    EXPECT_DOUBLE_EQ(row["error"], report["mix"]["value"]);
+    EXPECT_DOUBLE_EQ(row["stated"], report["mix"]["value"]);
     EXPECT_LE(row["error"], 0.04) << row;
     const json image = json::parse(w.velatura("farm status image --json").output)["outputs"][0];
     EXPECT_GT(row["spp"], image["spp"]) << row << image;

@@ -17,6 +17,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <numeric>
@@ -408,11 +409,42 @@ TEST_F(FarmJob, ARoundHasTheSamplesThatTheErrorAsksFor) {
     r.errors = {{64, 0.9, false}};
     EXPECT_EQ(next_spp(job, r), 256u);
     r.errors = {{256, 0.010001, false}};
-    EXPECT_EQ(next_spp(job, r), 272u);
+    EXPECT_EQ(next_spp(job, r), 288u);
     job.max_spp = 260;
     EXPECT_EQ(next_spp(job, r), 260u);
     r.errors = {{260, 0.02, false}};
     EXPECT_FALSE(needs_samples(job, r)) << "it has all samples";
+}
+
+TEST_F(FarmJob, RoundsJudgeAnErrorTogether) {
+    // Of four images that fall by the usual power, the last one exaggerates by half
+    const auto at = [](uint64_t spp, double error, double factor) {
+        return ErrorAt{spp, error, false, error / factor, error * factor};
+    };
+    const double e = 0.3;
+    const auto error_of = [&](uint64_t spp) { return e * std::pow(double(spp) / 32, -0.6); };
+    std::vector<ErrorAt> errors = {at(32, e, 1.5), at(64, error_of(64), 1.5),
+                                   at(128, error_of(128), 1.5), at(256, error_of(256), 1.5)};
+    EXPECT_NEAR(error_by_rounds(errors), error_of(256), 1e-12);
+    errors[3] = at(256, 1.5 * error_of(256), 1.5);
+    // Deviations: ln(1.5) / 1.96, and 0.07 for each e-fold of samples to the last one
+    double weights = 0;
+    for (int i = 0; i < 4; ++i)
+        weights += 1 / (std::pow(std::log(1.5) / 1.96, 2) + std::pow(0.07 * i * std::log(2), 2));
+    const double share = std::pow(1.96 / std::log(1.5), 2) / weights;
+    EXPECT_NEAR(error_by_rounds(errors), error_of(256) * std::pow(1.5, share), 1e-12);
+    EXPECT_LT(error_by_rounds(errors), 1.15 * error_of(256));
+    errors[3].low = errors[3].high = 0;
+    EXPECT_DOUBLE_EQ(error_by_rounds(errors), errors[3].error) << "its interval is not known";
+    // Images that share most of their samples count once
+    errors[3] = at(256, 1.5 * error_of(256), 1.5);
+    const double before = error_by_rounds(errors);
+    errors.insert(errors.begin() + 3, at(240, 1.5 * error_of(240), 1.5));
+    EXPECT_DOUBLE_EQ(error_by_rounds(errors), before);
+    errors.erase(errors.begin() + 3);
+    // One that is sure of itself decides
+    errors[3] = at(256, 0.2, 1.0001);
+    EXPECT_NEAR(error_by_rounds(errors), 0.2, 1e-4);
 }
 
 TEST_F(FarmJob, RoundsAreAddedToFramesThatNeedThem) {

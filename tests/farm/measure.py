@@ -93,7 +93,8 @@ def target(programs, arguments, options):
             _, single, _, _ = run([programs / "velatura", "render", scene, "-o", one, "--progress", "none", "-q", "--stats", stats,
                                    "--target-error", arguments.target, *options])
             of_one = json.loads(stats.read_text())
-            _, cpu, _, text = run([programs / "velatura", "farm", "submit", scene, "-o", output, "--target-error", arguments.target, *options])
+            _, cpu, _, text = run([programs / "velatura", "farm", "submit", scene, "-o", output, "--target-error", arguments.target, "--piece-time",
+                                     arguments.piece_time, *options])
             row = status(programs, folder / f"job{i}.farm")["outputs"][0]
             share = row["error"] / goal - 1
             worst = max(worst, abs(share))
@@ -110,6 +111,7 @@ def main():
     parser.add_argument("words", nargs="*")
     parser.add_argument("--pieces", default="2,8,32")
     parser.add_argument("--target", default="3%")
+    parser.add_argument("--piece-time", default="10m")
     parser.add_argument("--at-most", type=float)
     arguments, options = parser.parse_known_args()
     figure = {"overhead": overhead, "merge": merge, "target": target}[arguments.what](arguments.programs.resolve(), arguments, options)
