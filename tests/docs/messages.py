@@ -20,7 +20,7 @@ OTHER_WORDS = set("""
     invalid-sublayer-ownership invalid-sublayer-path jobtemplate-2023-09 level-sets light-filters light-layers light-linking light-profiles light-selection
     light-shaping light-textures lobe-multipliers matrix-layers max-depth mesh-lights mitchell-ratio normal-maps
     opinion-at-relocation-source path-layers per-light image-side prims-per-spec ray-visibility rough-diffuse shadow-controls shadow-layers small-lights
-    sublayer-cycle surface-emission target-error tessellated-gprims texture-fallback thin-film throughput-cutoff too-far transform-blur unresolved-prim-path
+    sublayer-cycle surface-emission target-error task-time tessellated-gprims texture-fallback thin-film throughput-cutoff too-far transform-blur unresolved-prim-path
     variable-expression varying-inputs velatura-comp velatura-comp-ui velatura-pictures velatura-texture velatura-view
 """.split())
 WORD = r"[a-z][a-z0-9]*(?:-[a-z0-9]+)*"

@@ -4,7 +4,7 @@
 
 Usage: measure.py BIN overhead [SCENE] [--pieces 2,8,32] [--at-most SHARE] [render options]
        measure.py BIN merge PART… [--at-most FACTOR]
-       measure.py BIN target [SCENE…] [--target 3%] [--at-most SHARE] [render options]
+       measure.py BIN target [SCENE[@ERROR]…] [--target 3%] [--at-most SHARE] [render options]
 
 BIN is the folder of the programs.
 overhead: CPU seconds of a local job of 2, 8 and 32 pieces, merge and previews included, against one render; the image must be the same.
@@ -84,16 +84,18 @@ def merge(programs, arguments, options):
 
 
 def target(programs, arguments, options):
-    goal = float(arguments.target.rstrip("%")) / 100
     worst = 0
     with tempfile.TemporaryDirectory() as temporary:
-        for i, scene in enumerate(arguments.words or [CORNELL]):
+        for i, word in enumerate(arguments.words or [CORNELL]):
+            scene, _, own = word.partition("@")
+            wanted = own or arguments.target
+            goal = float(wanted.rstrip("%")) / 100
             folder = pathlib.Path(temporary)
             one, stats, output = folder / f"one{i}.exr", folder / "one.json", folder / f"job{i}.exr"
             _, single, _, _ = run([programs / "velatura", "render", scene, "-o", one, "--progress", "none", "-q", "--stats", stats,
-                                   "--target-error", arguments.target, *options])
+                                   "--target-error", wanted, *options])
             of_one = json.loads(stats.read_text())
-            _, cpu, _, text = run([programs / "velatura", "farm", "submit", scene, "-o", output, "--target-error", arguments.target, "--piece-time",
+            _, cpu, _, text = run([programs / "velatura", "farm", "submit", scene, "-o", output, "--target-error", wanted, "--piece-time",
                                      arguments.piece_time, *options])
             row = status(programs, folder / f"job{i}.farm")["outputs"][0]
             share = row["error"] / goal - 1
