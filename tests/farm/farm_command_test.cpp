@@ -461,7 +461,7 @@ TEST_F(FarmCommand, AWarningKeepsTheSamplesOfAPiece) {
                                 "/velatura \"$@\"\n");
         std::filesystem::permissions(w.path("front.sh"), std::filesystem::perms::owner_all);
         std::filesystem::remove(w.path("hit"));
-        const std::string render = " s.usda --res 64 48 --spp 600 --bounces 1 --threads 1";
+        const std::string render = " s.usda --res 64 48 --spp 200 --bounces 1 --threads 1";
         ASSERT_EQ(w.velatura("farm submit" + render +
                              " -o out.exr --job j --pieces 1 --dry-run "
                              "--program " +
