@@ -96,9 +96,7 @@ GeometrySet::GeometrySet(const scene::Scene& scene,
                                       std::holds_alternative<scene::Gprim>(listed.shape->geometry);
         if (!mesh && (!can_be_triangles || (!listed.is_light && !options.all_quadrics)))
             mesh = make_primitive_mesh(*listed.shape);
-        TessellationOptions of_shape = options;
-        of_shape.stays = options.stays || listed.is_light;
-        if (!mesh) mesh = make_triangle_mesh(*listed.shape, of_shape);
+        if (!mesh) mesh = make_triangle_mesh(*listed.shape, options);
         mesh->set_texture_coordinates(default_texture_coordinates(scene, *mesh));
         mesh_of(listed) = std::move(*mesh);
     });

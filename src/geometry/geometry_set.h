@@ -44,7 +44,7 @@ class GeometrySet {
     GeometrySet() = default;
     /// Tessellates in parallel; the result does not depend on the number of threads. Quadrics stay
     /// what they are, but for those that are sampled as lights, triangle by triangle, and those
-    /// that are too distorted. Curves and points are never triangles. Lights do not move. Meshes
+    /// that are too distorted. Curves and points are never triangles. Meshes
     /// with a subdivision scheme or displacement are what `refined` has for them, else their
     /// polygons.
     explicit GeometrySet(const scene::Scene& scene,

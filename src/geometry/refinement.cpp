@@ -94,7 +94,7 @@ std::vector<Job> make_jobs(const scene::Scene& scene,
     parallel_for(jobs.size(), [&](size_t i) {
         Job& job = jobs[i];
         if (!job.is_refined) return;
-        auto surface = tools.subdivider->make(*job.mesh, job.listed.is_light);
+        auto surface = tools.subdivider->make(*job.mesh, false);
         if (surface)
             job.surface = *std::move(surface);
         else
@@ -168,7 +168,7 @@ std::optional<DicedMesh> diced(Job& job) {
         job.error = cut.error().message;
     }
     if (!job.is_displaced) return std::nullopt;
-    return DicedMesh{make_triangles(*job.listed.shape, {.stays = job.listed.is_light}), {}};
+    return DicedMesh{make_triangles(*job.listed.shape, {}), {}};
 }
 
 void make_meshes(std::vector<Job>& jobs, const Displacer* displacer, Refinement& out) {

@@ -93,10 +93,8 @@ TriangleMeshData make_triangles(const scene::Shape& shape, const TessellationOpt
     } else {
         const auto& mesh = std::get<scene::Mesh>(shape.geometry);
         data.positions = mesh.points;
-        if (!options.stays) {
-            data.later_positions = mesh.later_points;
-            data.later_normals = mesh.later_normals;
-        }
+        data.later_positions = mesh.later_points;
+        data.later_normals = mesh.later_normals;
         data.normals = mesh.normals;
         data.normal_indices = mesh.normal_indices;
         data.normal_interpolation = mesh.normal_interpolation;

@@ -16,7 +16,6 @@ struct TessellationOptions {
     int segments =
         96;  ///< around the axis of a quadric; half as many from pole to pole; at least 4
     bool all_quadrics = false;  ///< GeometrySet: also those that rays could meet as they are
-    bool stays = false;  ///< as when the shutter opens; GeometrySet: what light is sampled from
 };
 
 /// Triangles of a shape, in shape space. Polygons: triangles as they are, convex quads along the

@@ -182,7 +182,7 @@ CausticSampler::Target CausticSampler::choose_target(const Search& search) const
     target.is_infinite = world_.lights.is_infinite(target.light);
     target.point = world_.lights.sample_point(
         target.light, search.sampler.get_2d(search.bounce, Purpose::ManifoldPoint, search.repeat),
-        facing_[choice]);
+        facing_[choice], search.receiver.point.time);
     return target;
 }
 
@@ -339,7 +339,8 @@ bool CausticSampler::try_seed(const Search& search,
 Rgb CausticSampler::through_volumes(
     const Search& search, const Vec3& o, const Vec3& d, float distance, int segment) const {
     sampling::RandomStream numbers = search.volume_numbers(segment);
-    return world_.volumes->transmittance(o, d, distance, nullptr, numbers, search.counts.tracking);
+    return world_.volumes->transmittance(o, d, distance, nullptr, numbers, search.counts.tracking,
+                                         search.receiver.point.time);
 }
 
 /// What of the light arrives at the last surface of the chain, which it must shine on. interior: on
@@ -385,7 +386,8 @@ Rgb CausticSampler::contribution(const Search& search, Solution& solution) const
     const Vec3 wi = to_float(solution.d);
     Rgb L = at.bsdf.f(at.wo, wi) * at.bsdf.cosine(wi);
     if (is_black(L)) return L;
-    L *= world_.lights.radiance_at(target.light, target.point, chain.ray.o, chain.ray.d);
+    L *= world_.lights.radiance_at(target.light, target.point, chain.ray.o, chain.ray.d,
+                                   at.point.time);
     if (is_black(L)) return L;
     L *= world_.lights.light(target.light).specular_multiplier;
 

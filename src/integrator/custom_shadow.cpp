@@ -54,12 +54,13 @@ void CustomShadow::pass(const Rgb& share, scene::CasterId caster) {
     passed_ *= share;
 }
 
-void CustomShadow::go(const Vec3& o, const Vec3& d, float distance, RayCounts& counts) {
+void CustomShadow::go(const geometry::Ray& ray, const Vec3& d, float distance, RayCounts& counts) {
     const float within = std::min(distance, links_.shadow_distance - traveled_);
     if (!is_blocked_ && within > 0.0f) {
         if (!interior_.is_empty()) passed_ *= interior_.transmittance(world_.materials, within);
         if (world_.volumes)
-            pass(world_.volumes->transmittance(o, d, within, casters_, numbers_, counts.tracking),
+            pass(world_.volumes->transmittance(ray.o, d, within, casters_, numbers_,
+                                               counts.tracking, ray.time),
                  world_.scene.casters.volumes);
     }
     traveled_ += distance;
@@ -96,7 +97,7 @@ Rgb CustomShadow::visibility(ShadowSegment segment, RayCounts& counts) {
         segment.end_at(links_.shadow_distance - traveled_);
         const geometry::Hit hit = casters_ ? accelerator.intersect_some(segment.ray, *casters_)
                                            : accelerator.intersect(segment.ray);
-        go(segment.ray.o, segment.wi, segment.length(hit.is_valid() ? hit.t : segment.ray.t_max),
+        go(segment.ray, segment.wi, segment.length(hit.is_valid() ? hit.t : segment.ray.t_max),
            counts);
         if (!hit.is_valid()) return visible();
         geometry::SurfacePoint point =

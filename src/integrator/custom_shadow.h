@@ -31,7 +31,7 @@ class CustomShadow {
     // Step by step, for lights that are hit as surfaces
 
     /// Advances from o by a distance along the unit direction d, through media and interiors.
-    void go(const Vec3& o, const Vec3& d, float distance, RayCounts& counts);
+    void go(const geometry::Ray& ray, const Vec3& d, float distance, RayCounts& counts);
     /// Crosses a surface along the unit direction d; surfaces that are not casters do not occlude.
     /// point: is moved to where the segment continues.
     void cross_surface(geometry::SurfacePoint& point, const Vec3& d);

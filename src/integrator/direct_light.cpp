@@ -69,7 +69,7 @@ Rgb DirectLight::volume_transmittance(const Path& path,
     sampling::RandomStream numbers =
         path.sampler.stream(path.bounce, sampling::Purpose::VolumeShadow, path.pass_count);
     return world_.volumes->transmittance(p, light.wi, distance, nullptr, numbers,
-                                         path.counts->tracking);
+                                         path.counts->tracking, path.ray.time);
 }
 
 }  // namespace velatura::integrator

@@ -119,8 +119,8 @@ inline bool DirectLight::choose(const Path& path,
     if (!world_.lights.illuminates(chosen.links, receiver.link)) return false;
     const Vec2 u =
         path.sampler.get_2d(path.bounce, sampling::Purpose::LightSurface, path.pass_count);
-    const std::optional<lights::LightSample> light =
-        world_.lights.sample(choice->light, receiver.p, u, {path.cone_width, path.cone_spread});
+    const std::optional<lights::LightSample> light = world_.lights.sample(
+        choice->light, receiver.p, u, {path.cone_width, path.cone_spread}, receiver.time);
     if (!light || is_black(light->Le)) return false;
     chosen.light = *light;
     return true;
@@ -188,14 +188,16 @@ inline void DirectLight::deposit_visible(Path& path,
     const float light_pdf = choice.pmf * light.pdf;
     const bool has_rival =
         context_.options.estimator.light_sampling == LightSampling::Mis && !light.is_delta;
-    const float weight =
-        has_rival ? sampling::power_heuristic(light_pdf, directions.pdf(light.wi, value.pdf))
-                  : 1.0f;
+    const float rival_pdf = has_rival ? directions.pdf(light.wi, value.pdf) : 0.0f;
+    const float weight = has_rival ? sampling::power_heuristic(light_pdf, rival_pdf) : 1.0f;
     const Rgb Ld = path.beta * f * light.Le * (bsdf.cosine(light.wi) * weight / light_pdf);
     if (is_black(Ld)) return;
 
     film::PathLabels* const labels = out.labels();
     if (labels) labels->look(vertex.events(value, multipliers));
+    if (path.observer)
+        path.observer->on_light(
+            {choice.light, point.p, light.wi, light.distance, light_pdf, rival_pdf, weight, Ld});
     deposit_visible(path, point, wo, chosen, Ld, out, crossing);
     if (labels) labels->stay();
 }
@@ -216,7 +218,7 @@ void DirectLight::for_each_light_along(const Path& path,
             give(chosen);
     };
     geometry::Ray ray = geometry::spawn_ray(from, along.wi);
-    world_.lights.for_each_hit(ray.o, along.wi, std::numeric_limits<float>::infinity(),
+    world_.lights.for_each_hit(ray.o, along.wi, std::numeric_limits<float>::infinity(), ray.time,
                                [&](const lights::LightHit& hit) {
                                    chosen.light.distance = hit.t;
                                    chosen.light.Le = hit.Le;

@@ -35,16 +35,24 @@ void stop_camera(scene::Scene& scene) {
     scene.camera.motion_keys.clear();
 }
 
-void find_moving_instances(EffectFindings& found) {
+void find_moving_transforms(EffectFindings& found) {
+    const auto note = [&](scene::ProvenanceId provenance, size_t segments) {
+        if (segments > 0)
+            found.on(found.prim_of(provenance),
+                     fmt::format("{} segments while the shutter is open", segments));
+    };
     for (const scene::Instance& i : found.scene.instances)
-        if (!i.later_render_from_prototype.empty())
-            found.on(found.prim_of(i.provenance),
-                     fmt::format("{} segments while the shutter is open",
-                                 i.later_render_from_prototype.size()));
+        note(i.provenance, i.later_render_from_prototype.size());
+    for (const scene::Light& light : found.scene.lights)
+        note(light.provenance, light.later_render_from_light.size());
+    for (const scene::Volume& volume : found.scene.volumes)
+        note(volume.provenance, volume.later_render_from_volume.size());
 }
 
-void stop_instances(scene::Scene& scene) {
+void stop_transforms(scene::Scene& scene) {
     for (scene::Instance& i : scene.instances) i.later_render_from_prototype.clear();
+    for (scene::Light& light : scene.lights) light.later_render_from_light.clear();
+    for (scene::Volume& volume : scene.volumes) volume.later_render_from_volume.clear();
 }
 
 void find_moving_meshes(EffectFindings& found) {
@@ -58,6 +66,7 @@ void find_moving_meshes(EffectFindings& found) {
 }
 
 void stop_meshes(scene::Scene& scene) {
+    for (scene::MeshLight& light : scene.mesh_lights) light.later_parent_from_light.clear();
     const auto stop = [](scene::Shape& shape) {
         if (auto* mesh = std::get_if<scene::Mesh>(&shape.geometry)) {
             mesh->later_points.clear();
@@ -72,7 +81,7 @@ void stop_meshes(scene::Scene& scene) {
 constexpr std::array rules = {
     EffectRule{Effect::DepthOfField, find_lens, close_lens, true},
     EffectRule{Effect::CameraBlur, find_moving_camera, stop_camera},
-    EffectRule{Effect::TransformBlur, find_moving_instances, stop_instances},
+    EffectRule{Effect::TransformBlur, find_moving_transforms, stop_transforms},
     EffectRule{Effect::DeformationBlur, find_moving_meshes, stop_meshes, true},
 };
 

@@ -16,17 +16,34 @@ namespace velatura::integrator {
 using scene::count_call;
 using scene::Effect;
 
+/// Whether light sampling could have found what the path meets now.
+bool LightHits::has_rivals(const Path& path) const {
+    return !path.is_certain && context_.options.estimator.light_sampling == LightSampling::Mis;
+}
+
+/// Density of light sampling where the path scattered last.
+float LightHits::light_hit_pdf(const Path& path, const lights::LightHit& hit) const {
+    // The density is that of the point that sampled, not of the ray's origin beside it: portals
+    // make a difference there
+    const float pdf =
+        world_.lights.has_portals(hit.light)
+            ? world_.lights.pdf(hit.light, path.receiver.p, path.ray.d, path.receiver.time)
+            : hit.pdf;
+    return world_.selector->pmf(path.receiver, hit.light) * pdf;
+}
+
+float LightHits::surface_hit_pdf(const Path& path,
+                                 const geometry::SurfacePoint& point,
+                                 lights::LightId light) const {
+    return world_.selector->pmf(path.receiver, light) *
+           world_.lights.surface_pdf(light, path.receiver.p, point.p, point.time);
+}
+
 float LightHits::light_hit_weight(const Path& path, const lights::LightHit& hit) const {
     if (path.is_certain || context_.options.estimator.light_sampling == LightSampling::Bsdf)
         return 1.0f;
     if (context_.options.estimator.light_sampling != LightSampling::Mis) return 0.0f;
-    // The density is that of the point that sampled, not of the ray's origin beside it: portals
-    // make a difference there
-    const float pdf = world_.lights.has_portals(hit.light)
-                          ? world_.lights.pdf(hit.light, path.receiver.p, path.ray.d)
-                          : hit.pdf;
-    const float light_pdf = world_.selector->pmf(path.receiver, hit.light) * pdf;
-    return sampling::power_heuristic(path.scatter_pdf, light_pdf);
+    return sampling::power_heuristic(path.scatter_pdf, light_hit_pdf(path, hit));
 }
 
 float LightHits::surface_hit_weight(const Path& path, const geometry::SurfacePoint& point) const {
@@ -35,9 +52,22 @@ float LightHits::surface_hit_weight(const Path& path, const geometry::SurfacePoi
     const std::optional<lights::LightId> light = world_.lights.find_surface(point);
     if (!light) return 1.0f;
     if (context_.options.estimator.light_sampling != LightSampling::Mis) return 0.0f;
-    const float light_pdf = world_.selector->pmf(path.receiver, *light) *
-                            world_.lights.surface_pdf(*light, path.receiver.p, point.p);
-    return sampling::power_heuristic(path.scatter_pdf, light_pdf);
+    return sampling::power_heuristic(path.scatter_pdf, surface_hit_pdf(path, point, *light));
+}
+
+/// Of what the observer of a path is told.
+void LightHits::tell_emission(const Path& path,
+                              const geometry::SurfacePoint& point,
+                              float weight,
+                              const Rgb& Le) const {
+    FoundLight found{world_.lights.find_surface(point), path.ray.o, path.ray.d, path.segment_t};
+    if (found.light && has_rivals(path)) {
+        found.light_pdf = surface_hit_pdf(path, point, *found.light);
+        found.scatter_pdf = path.scatter_pdf;
+    }
+    found.weight = weight;
+    found.radiance = Le;
+    path.observer->on_light(found);
 }
 
 Rgb LightHits::light_factor(const Path& path, const lights::LobeMultipliers& multipliers) const {
@@ -66,9 +96,10 @@ void LightHits::add_emission(const Path& path,
     if (!context_.has_emission || !world_.lights.can_emit(point)) return;
     const lights::SurfaceRadiance emitted = surface_emission(path, point, wo, path.cone_width);
     if (is_found_beyond(path, emitted.links)) return;
-    deposit_hit(world_, path, emitted.group,
-                path.beta * emitted.Le * surface_hit_weight(path, point), emitted.multipliers,
-                "surface emission", out);
+    const float weight = surface_hit_weight(path, point);
+    const Rgb Le = path.beta * emitted.Le * weight;
+    if (path.observer && !is_black(Le)) tell_emission(path, point, weight, Le);
+    deposit_hit(world_, path, emitted.group, Le, emitted.multipliers, "surface emission", out);
 }
 
 void LightHits::add(const Path& path, float t_max, film::SampleRadiance& out) const {
@@ -105,20 +136,25 @@ void LightHits::add(const Path& path, float t_max, film::SampleRadiance& out) co
             if (!is_lit(path, links) || is_found_beyond(path, links)) return;
         }
         const lights::LobeMultipliers multipliers = world_.lights.lobe_multipliers(hit.light);
-        const Rgb seen = path.bounce == 0
-                             ? world_.lights.unfiltered_radiance(hit, path.straight_o, path.ray.d)
-                             : hit.Le;
-        Rgb Le = path.beta * seen * light_factor(path, multipliers) * light_hit_weight(path, hit);
+        const Rgb seen = path.bounce == 0 ? world_.lights.unfiltered_radiance(
+                                                hit, path.straight_o, path.ray.d, path.ray.time)
+                                          : hit.Le;
+        const float weight = light_hit_weight(path, hit);
+        Rgb Le = path.beta * seen * light_factor(path, multipliers) * weight;
         if (flight && flight->around.is_drawn())
             Le *= flight->around.weight_at(hit.t - path.traveled);
         else if (!path.interior.is_empty())
             Le *= path.interior.transmittance(world_.materials, hit.t - path.traveled);
         if (flight) Le *= flight->weight_at(hit.t - path.traveled);
+        if (path.observer && !is_black(Le))
+            path.observer->on_light({lights::LightId(hit.light), path.straight_o, path.ray.d, hit.t,
+                                     has_rivals(path) ? light_hit_pdf(path, hit) : 0.0f,
+                                     has_rivals(path) ? path.scatter_pdf : 0.0f, weight, Le});
         deposit_hit(world_, path, world_.lights.group(hit.light), Le, multipliers,
                     "light hit by the path", out);
     };
     if (path.line_hit_count == Path::unknown_hits) {
-        world_.lights.for_each_hit(path.straight_o, path.ray.d, end,
+        world_.lights.for_each_hit(path.straight_o, path.ray.d, end, path.ray.time,
                                    [&](const lights::LightHit& hit) { add(hit); });
         return;
     }
@@ -132,7 +168,7 @@ void LightHits::add_unoccluded(Path& path, film::SampleRadiance& out) const {
     constexpr float infinity = std::numeric_limits<float>::infinity();
     size_t count = 0;
     world_.lights.for_each_hit(
-        path.straight_o, path.ray.d, infinity, [&](const lights::LightHit& hit) {
+        path.straight_o, path.ray.d, infinity, path.ray.time, [&](const lights::LightHit& hit) {
             // The next segment begins here, too
             if (count < path.line_hits.size()) path.line_hits[count] = hit;
             ++count;
@@ -173,7 +209,7 @@ void LightHits::add_beyond(const Path& path,
     ShadowShares scratch;
     ShadowShares* const shares = context_.credits_casters(path.bounce) ? &scratch : nullptr;
     world_.lights.for_each_hit(
-        path.straight_o, path.ray.d, infinity, [&](const lights::LightHit& hit) {
+        path.straight_o, path.ray.d, infinity, path.ray.time, [&](const lights::LightHit& hit) {
             const scene::LightLinks* links = world_.lights.links(hit.light);
             if (!is_found_beyond(path, links) || !is_lit(path, links)) return;
             if (context_.options.caustics &&
@@ -213,7 +249,7 @@ void LightHits::add_surfaces_beyond(const Path& path,
                                       ? world_.accelerator->intersect_some(ray, *surfaces.met)
                                       : world_.accelerator->intersect(ray);
         if (!hit.is_valid()) return;
-        shadow.go(ray.o, ray.d, hit.t, *path.counts);
+        shadow.go(ray, ray.d, hit.t, *path.counts);
         geometry::SurfacePoint point =
             geometry::make_surface_point(world_.scene, world_.geometry, ray, hit);
         if (world_.lights.can_emit(point)) {

@@ -63,6 +63,15 @@ class LightHits {
     bool is_found_beyond(const Path& path, const scene::LightLinks* links) const;
 
   private:
+    bool has_rivals(const Path& path) const;
+    float light_hit_pdf(const Path& path, const lights::LightHit& hit) const;
+    float surface_hit_pdf(const Path& path,
+                          const geometry::SurfacePoint& point,
+                          lights::LightId light) const;
+    void tell_emission(const Path& path,
+                       const geometry::SurfacePoint& point,
+                       float weight,
+                       const Rgb& Le) const;
     void add_surfaces_beyond(const Path& path,
                              const CustomShadowSurfaces& surfaces,
                              film::SampleRadiance& out) const;

@@ -152,6 +152,7 @@ bool LightTracer::begin(Photon& photon) const {
     if (!(presence > 0.0f)) return false;
 
     lights::Receiver receiver{point.p};
+    receiver.time = point.time;
     if (world_.has_light_links)
         receiver.link = scene::link_class(world_.scene, point.instance, point.shape);
     DirectLight::ChosenLight chosen;

@@ -26,6 +26,7 @@ inline lights::Receiver receiver_at(const World& world,
                                     const shading::Bsdf& bsdf) {
     const bool is_hair = bsdf.is_hair();
     lights::Receiver receiver{point.p, is_hair ? Vec3(0.0f) : bsdf.ns(), bsdf.has_transmission()};
+    receiver.time = point.time;
     if (!world.has_light_links) return receiver;
     scene::count_call(scene::Effect::LightLinking);
     receiver.link = scene::link_class(world.scene, point.instance, point.shape);
@@ -122,9 +123,10 @@ struct Scatterer {
     scene::LinkClass link;
 
     /// Every direction counts.
-    lights::Receiver receiver_at(const Vec3& p) const {
+    lights::Receiver receiver_at(const Vec3& p, float time) const {
         lights::Receiver receiver{p};
         receiver.link = link;
+        receiver.time = time;
         return receiver;
     }
 

@@ -75,6 +75,7 @@ void PathTracer::trace(int x,
     if (world_.camera.has_motion()) count_call(Effect::CameraBlur);
     const camera::CameraRay first = world_.camera.generate_ray(film_point, u_lens, time);
     path.ray = {first.o, first.d, first.t_max, time};
+    if (observer) observer->on_camera(path.ray);
     path.cone_width = first.cone_width;
     path.cone_spread = first.cone_spread;
     path.receiver.p = path.straight_o = first.o;
@@ -377,6 +378,7 @@ bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance&
     // event. Light sampling looks through it as well, unless nobody knew that it is one: then what
     // lies behind has no rival sampler
     if (sample->is_delta && sample->kind == shading::ScatterKind::Transmit && sample->eta == 1.0f) {
+        if (path.observer) path.observer->on_turn(path.bounce, {sample->wi, {}, 1.0f, true});
         continue_straight(path, point);
         if (!world_.materials.material_is_see_through(point.material)) path.is_certain = true;
         path.kind = scene::RayKind::Refraction;
@@ -396,6 +398,12 @@ bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance&
         labels->look(sample->is_delta ? events_of(*sample) : vertex.events(value));
         labels->go();
     }
+    if (path.observer)
+        path.observer->on_turn(
+            path.bounce,
+            {sample->wi,
+             sample->is_delta ? events_of(*sample) : vertex.events(bsdf.evaluate(wo, sample->wi)),
+             sample->pdf, sample->is_delta});
     path.ray = geometry::spawn_ray(point, sample->wi);
     path.straight_o = path.ray.o;
     path.traveled = 0;

@@ -18,7 +18,7 @@ void ShadowAttribution::credit_caster(const Path& path,
     // As far as add_light_hits() has met them
     const float end = path.traveled + t + flush_light_margin(path.straight_o, path.traveled + t);
     world_.lights.for_each_hit(
-        path.straight_o, path.ray.d, infinity, [&](const lights::LightHit& hit) {
+        path.straight_o, path.ray.d, infinity, path.ray.time, [&](const lights::LightHit& hit) {
             if (world_.lights.is_within(hit, end)) return;
             if (world_.has_links()) {
                 const scene::LightLinks* links = world_.lights.links(hit.light);

@@ -33,7 +33,7 @@ VolumeSegment::End VolumeSegment::cross(Path& path,
         world_.volumes->fly(
             path.ray.o, path.ray.d, reach, path.beta, around,
             path.sampler.stream(path.bounce, Purpose::VolumeDistance, path.pass_count), flight,
-            path.counts->tracking, world_.visible_to(path.kind));
+            path.counts->tracking, world_.visible_to(path.kind), path.ray.time);
         if (flight.is_capped) {
             why = "reached the collision limit of a volume";
             return End::Ended;
@@ -84,9 +84,10 @@ VolumeSegment::End VolumeSegment::cross(Path& path,
         why = "hit a matte object";
         return End::Ended;
     }
-    why = scatter(
-        path, {flight.medium->phase(), flight.medium->albedo(p), volume.provenance, volume.link}, p,
-        out);
+    why = scatter(path,
+                  {flight.medium->phase(), flight.medium->albedo(flight.place), volume.provenance,
+                   volume.link},
+                  p, out);
     return why ? End::Ended : End::Scattered;
 }
 
@@ -112,6 +113,9 @@ const char* VolumeSegment::scatter(Path& path,
     const Vec3 d = path.ray.d;
     const Vec3 wi = scatterer.phase.sample(
         d, path.sampler.get_2d(path.bounce, Purpose::VolumeDirection, path.pass_count));
+    if (path.observer)
+        path.observer->on_turn(path.bounce, {wi, film::EventShares::only(film::PathEvent::Volume),
+                                             scatterer.phase.pdf(d, wi), false});
     const float time = path.ray.time;
     path.ray = {p, wi};
     path.ray.time = time;
@@ -120,7 +124,7 @@ const char* VolumeSegment::scatter(Path& path,
     path.line_hit_count = Path::unknown_hits;
     path.is_certain = path.is_sharp = false;
     path.emission_receiver = lights::EmissionReceiver::Scattering;
-    path.receiver = scatterer.receiver_at(p);
+    path.receiver = scatterer.receiver_at(p, time);
     path.scatter_pdf = scatterer.phase.pdf(d, wi);
     path.kind = scene::RayKind::Volume;
     // Lobes of the light's multipliers: what scatters everywhere is the diffuse one
@@ -144,7 +148,8 @@ void VolumeSegment::add_direct_light(Path& path,
                                      film::SampleRadiance& out) const {
     if (world_.selector->is_empty()) return;
     direct_.for_each_sample(
-        path, point, scatterer.receiver_at(point.p), [&](const DirectLight::ChosenLight& chosen) {
+        path, point, scatterer.receiver_at(point.p, point.time),
+        [&](const DirectLight::ChosenLight& chosen) {
             const lights::LightSample& light = chosen.light;
             // Weigh it against finding the same light by going on
             const float phase_pdf = scatterer.phase.pdf(path.ray.d, light.wi);
@@ -158,7 +163,11 @@ void VolumeSegment::add_direct_light(Path& path,
                 context_.options.estimator.light_sampling == LightSampling::Mis && !light.is_delta;
             const float weight = has_rival ? sampling::power_heuristic(light_pdf, phase_pdf) : 1.0f;
             const Rgb Ld = path.beta * light.Le * (f * weight / light_pdf);
-            if (!is_black(Ld)) direct_.deposit_visible(path, point, -path.ray.d, chosen, Ld, out);
+            if (is_black(Ld)) return;
+            if (path.observer)
+                path.observer->on_light({chosen.choice.light, point.p, light.wi, light.distance,
+                                         light_pdf, has_rival ? phase_pdf : 0.0f, weight, Ld});
+            direct_.deposit_visible(path, point, -path.ray.d, chosen, Ld, out);
         });
 }
 

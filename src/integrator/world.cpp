@@ -328,8 +328,8 @@ void World::make_dielectrics() {
 void World::set_facts() {
     const auto is_forced = [this](scene::Effect e) { return options_.forced.has(e); };
     uses_lens = camera.has_lens() || is_forced(scene::Effect::DepthOfField);
-    has_motion =
-        geometry.has_motion() || camera.has_motion() || is_forced(scene::Effect::DeformationBlur);
+    has_motion = geometry.has_motion() || camera.has_motion() || lights.has_motion() ||
+                 (volumes && volumes->has_motion()) || is_forced(scene::Effect::DeformationBlur);
     chooses_lights = !selector->is_single() || is_forced(scene::Effect::LightSelection);
     has_very_many_lights = lights::wants_fine_numbers(lights);
     has_light_links = lights.has_light_links() || is_forced(scene::Effect::LightLinking);

@@ -232,13 +232,13 @@ Hit EmissiveSurfaces::place_of(LightId id) const {
 }
 
 /// In render space.
-EmissiveSurfaces::Triangle EmissiveSurfaces::triangle(const Hit& place) const {
+EmissiveSurfaces::Triangle EmissiveSurfaces::triangle(const Hit& place, float time) const {
     const geometry::TriangleMesh& mesh = geometry_.mesh(place);
     Vec3d v[3];
-    for (int k = 0; k < 3; ++k) v[k] = Vec3d(mesh.corner(place.triangle, k));
+    for (int k = 0; k < 3; ++k) v[k] = Vec3d(mesh.corner(place.triangle, k, time));
     if (place.instance == scene::none) return {v[0], v[1] - v[0], v[2] - v[0]};
     // Edges go through the map as directions: no cancellation far from the origin
-    const Mat4d forward(geometry_.instances()[place.instance].render_from_prototype);
+    const Mat4d forward(geometry::render_from_prototype(scene_.instances[place.instance], time));
     return {transform_point(v[0], forward), transform_direction(v[1] - v[0], forward),
             transform_direction(v[2] - v[0], forward)};
 }
@@ -280,19 +280,56 @@ LightBounds bounds_of(const Vec3d& v0, const Vec3d& e1, const Vec3d& e2, float l
 
 }  // namespace
 
+/// Of a triangle of a mesh that moves by its points, at all times, in the space of the mesh.
+LightBounds EmissiveSurfaces::moving_bounds(const geometry::TriangleMesh& mesh,
+                                            uint32_t triangle,
+                                            float luminance) {
+    const uint32_t segments = mesh.segments();
+    LightBounds out;
+    std::vector<Vec3d> normals;
+    Vec3d e1_before(0.0), e2_before(0.0);
+    double largest = 0.0;
+    for (uint32_t key = 0; key <= segments; ++key) {
+        const float time = float(key) / float(segments);
+        Vec3d v[3];
+        for (int k = 0; k < 3; ++k) {
+            v[k] = Vec3d(mesh.corner(triangle, k, time));
+            out.box.extendBy(v[k]);
+        }
+        const Vec3d e1 = v[1] - v[0], e2 = v[2] - v[0];
+        // Edges go straight on, so that between keys the normal is a sum of these three
+        if (key > 0) normals.push_back(e1_before.cross(e2) + e1.cross(e2_before));
+        normals.push_back(e1.cross(e2));
+        largest = std::max(largest, length_of(normals.back()));
+        e1_before = e1;
+        e2_before = e2;
+    }
+    out.cone = cone_around(normals, true);
+    out.cone.spread = pi_d / 2.0;
+    out.cone.intensity = 0.5 * largest * double(luminance);
+    return out;
+}
+
 LightBounds EmissiveSurfaces::bounds(uint32_t item) const {
-    const Triangle t = triangle(place_of(LightId(item)));
+    const Hit place = place_of(LightId(item));
+    const geometry::TriangleMesh& mesh = geometry_.mesh(place);
+    if (mesh.segments() > 0) return moving_bounds(mesh, place.triangle, direct_.luminance[item]);
+    const Triangle t = triangle(place);
     return bounds_of(t.v0, t.e1, t.e2, direct_.luminance[item]);
 }
 
 LightBounds EmissiveSurfaces::part_bounds(uint32_t group, uint32_t part) const {
+    const TriangleList::Entry entry = groups_[group].triangles[part];
+    const auto& mesh = geometry_.prototypes()[groups_[group].prototype][entry.shape];
+    const float luminance = groups_[group].luminance[part];
+    if (mesh.segments() > 0) return moving_bounds(mesh, entry.triangle, luminance);
     const Triangle t = triangle(group, part);
-    return bounds_of(t.v0, t.e1, t.e2, groups_[group].luminance[part]);
+    return bounds_of(t.v0, t.e1, t.e2, luminance);
 }
 
 LightBounds EmissiveSurfaces::place(uint32_t item, const LightBounds& bounds) const {
-    const Mat4d m(
-        geometry_.instances()[instances_[item - direct_count()].instance].render_from_prototype);
+    const scene::Instance& instance = scene_.instances[instances_[item - direct_count()].instance];
+    const Mat4d m(instance.render_from_prototype);
     LightBounds placed;
     for (int i = 0; i < 8; ++i) {
         const Vec3d corner(i & 1 ? bounds.box.max.x : bounds.box.min.x,
@@ -307,17 +344,33 @@ LightBounds EmissiveSurfaces::place(uint32_t item, const LightBounds& bounds) co
     const Vec3d axis = bounds.cone.axis * cofactor_matrix(m);
     if (axis != Vec3d(0.0)) placed.cone.axis = normalize(axis);
     if (placed.cone.normals > 0.0 && !is_similarity(m)) placed.cone.normals = pi_d;
+    const std::vector<Mat4>& later = instance.later_render_from_prototype;
+    if (later.empty()) return placed;
+    // Corners move straight on in render space, whatever the box around them does
+    Box3d box = placed.box;
+    for (const Mat4& key : later) {
+        for (int i = 0; i < 8; ++i) {
+            const Vec3d corner(i & 1 ? bounds.box.max.x : bounds.box.min.x,
+                               i & 2 ? bounds.box.max.y : bounds.box.min.y,
+                               i & 4 ? bounds.box.max.z : bounds.box.min.z);
+            box.extendBy(transform_point(corner, Mat4d(key)));
+        }
+    }
+    const std::vector<Mat4d> keys(later.begin(), later.end());
+    placed = carried(placed, scene::AffineMotion(m, keys));
+    placed.box = box;
     return placed;
 }
 
-Vec3d EmissiveSurfaces::to_prototype(uint32_t item, const Vec3d& p) const {
+Vec3d EmissiveSurfaces::to_prototype(uint32_t item, const Vec3d& p, float time) const {
     const uint32_t instance = instances_[item - direct_count()].instance;
-    return transform_point(p, geometry_.instances()[instance].prototype_from_render);
+    std::optional<geometry::InstanceTransform> storage;
+    return transform_point(p, geometry_.instance(instance, time, storage).prototype_from_render);
 }
 
-Vec3d EmissiveSurfaces::normal_to_prototype(uint32_t item, const Vec3d& n) const {
+Vec3d EmissiveSurfaces::normal_to_prototype(uint32_t item, const Vec3d& n, float time) const {
     const uint32_t instance = instances_[item - direct_count()].instance;
-    const Mat4& m = geometry_.instances()[instance].render_from_prototype;
+    const Mat4 m = geometry::render_from_prototype(scene_.instances[instance], time);
     Vec3d out(0.0);
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) out[i] += double(m[i][j]) * n[j];
@@ -335,6 +388,13 @@ const scene::MeshLight* EmissiveSurfaces::mesh_light(LightId id) const {
     if (scene_.mesh_lights.empty()) return nullptr;
     const Hit place = place_of(id);
     return emission_.light(place.instance, place.shape);
+}
+
+scene::ProvenanceId EmissiveSurfaces::provenance(LightId id) const {
+    const Hit place = place_of(id);
+    if (place.instance == scene::none) return scene_.shapes[place.shape].provenance;
+    const scene::Instance& instance = scene_.instances[place.instance];
+    return scene_.prototypes[instance.prototype].shapes[place.shape].provenance;
 }
 
 double EmissiveSurfaces::area(uint32_t item) const {
@@ -391,12 +451,10 @@ double density(const TriangleView& view, double omega, double d, double smallest
 
 }  // namespace
 
-std::optional<LightSample> EmissiveSurfaces::sample(LightId id,
-                                                    const Vec3& p,
-                                                    const Vec2& u,
-                                                    const RayCone& cone) const {
+std::optional<LightSample> EmissiveSurfaces::sample(
+    LightId id, const Vec3& p, const Vec2& u, const RayCone& cone, float time) const {
     Hit place = place_of(id);
-    const Triangle t = triangle(place);
+    const Triangle t = triangle(place, time);
     const TriangleView view{t.v0 - Vec3d(p), t.e1, t.e2};
     const double omega = visible_solid_angle(view, p);
     if (!(omega > 0.0)) return std::nullopt;
@@ -414,8 +472,9 @@ std::optional<LightSample> EmissiveSurfaces::sample(LightId id,
     place.t = s.distance;
     place.b1 = float(b.x);
     place.b2 = float(b.y);
-    geometry::SurfacePoint point =
-        geometry::make_surface_point(scene_, geometry_, {p, s.wi}, place);
+    geometry::Ray ray{p, s.wi};
+    ray.time = time;
+    geometry::SurfacePoint point = geometry::make_surface_point(scene_, geometry_, ray, place);
     const float footprint = cone.width + cone.spread * s.distance;
     s.Le = emission_.radiance(point, -s.wi, footprint, EmissionReceiver::Scattering, &p) *
            materials_.presence(point, footprint);
@@ -426,8 +485,8 @@ std::optional<LightSample> EmissiveSurfaces::sample(LightId id,
     return s;
 }
 
-double EmissiveSurfaces::pdf(LightId id, const Vec3& p, const Vec3& q) const {
-    const Triangle t = triangle(place_of(id));
+double EmissiveSurfaces::pdf(LightId id, const Vec3& p, const Vec3& q, float time) const {
+    const Triangle t = triangle(place_of(id), time);
     const TriangleView view{t.v0 - Vec3d(p), t.e1, t.e2};
     const double omega = visible_solid_angle(view, p);
     return omega > 0.0 ? density(view, omega, length_of(Vec3d(q) - Vec3d(p)), smallest_) : 0.0;
@@ -435,9 +494,10 @@ double EmissiveSurfaces::pdf(LightId id, const Vec3& p, const Vec3& q) const {
 
 std::optional<LightHit> EmissiveSurfaces::intersect(LightId id,
                                                     const Vec3& o,
-                                                    const Vec3& d) const {
+                                                    const Vec3& d,
+                                                    float time) const {
     Hit place = place_of(id);
-    const Triangle t = triangle(place);
+    const Triangle t = triangle(place, time);
     const TriangleView view{t.v0 - Vec3d(o), t.e1, t.e2};
     const double omega = visible_solid_angle(view, o);
     if (!(omega > 0.0)) return std::nullopt;
@@ -448,8 +508,10 @@ std::optional<LightHit> EmissiveSurfaces::intersect(LightId id,
     if (!(distance > 0.0) || !(x >= 0.0) || !(y >= 0.0) || !(x + y <= 1.0)) return std::nullopt;
     place.b1 = float(x);
     place.b2 = float(y);
+    geometry::Ray ray{o, d};
+    ray.time = time;
     const geometry::SurfacePoint point =
-        geometry::make_surface_point(scene_, geometry_, {o, d}, place);
+        geometry::make_surface_point(scene_, geometry_, ray, place);
     const Rgb Le = emission_.radiance(point, -d, 0.0f, EmissionReceiver::Scattering, &o) *
                    materials_.presence(point, 0.0f);
     return LightHit{id.index, float(distance), Le,

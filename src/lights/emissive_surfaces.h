@@ -29,8 +29,9 @@ namespace velatura::lights {
 /// An *item* is an emissive triangle of a shape that is placed directly, or an instance with
 /// emissive triangles; its triangles are its *parts*. Instances of one prototype with one material
 /// share one *group*, so that memory grows with what is stored, not with what is seen. Groups live
-/// in the space of their prototype. Immutable after construction, safe to share among threads; what
-/// it is made from must outlive it.
+/// in the space of their prototype. Triangles are where they are at a time (Ray::time), bounds hold
+/// all times; powers and areas are those when the shutter opens. Immutable after construction, safe
+/// to share among threads; what it is made from must outlive it.
 class EmissiveSurfaces {
   public:
     /// Below this solid angle [sr] triangles are sampled by area, where the density is smooth and
@@ -71,13 +72,16 @@ class EmissiveSurfaces {
     /// Bounds in the space of its prototype, carried along with the instance `item`.
     LightBounds place(uint32_t item, const LightBounds& bounds) const;
 
-    /// The instance's map from render space to the space of its prototype.
-    Vec3d to_prototype(uint32_t item, const Vec3d& p) const;
+    /// The instance's map from render space to the space of its prototype, at a time.
+    Vec3d to_prototype(uint32_t item, const Vec3d& p, float time) const;
     /// Normal of a plane there (unit; zero stays zero): what is in front of it stays in front.
-    Vec3d normal_to_prototype(uint32_t item, const Vec3d& n) const;
+    Vec3d normal_to_prototype(uint32_t item, const Vec3d& n, float time) const;
 
     /// The mesh light that the item or its part is; null for surfaces that just emit.
     const scene::MeshLight* mesh_light(LightId id) const;
+
+    /// Of the shape that the item or its part belongs to.
+    scene::ProvenanceId provenance(LightId id) const;
 
     /// Emitted flux (luminance), about: both sides of every part. In render space.
     double power(uint32_t item) const;
@@ -94,16 +98,14 @@ class EmissiveSurfaces {
     /// Samples the triangle by the solid angle that it fills as seen from p. Radiance is that of
     /// the material at the sampled point times its presence; `cone` filters textures as for a path
     /// that goes there.
-    std::optional<LightSample> sample(LightId id,
-                                      const Vec3& p,
-                                      const Vec2& u,
-                                      const RayCone& cone) const;
+    std::optional<LightSample> sample(
+        LightId id, const Vec3& p, const Vec2& u, const RayCone& cone, float time) const;
 
     /// Density [1/sr] with which sample() finds the point q of the triangle.
-    double pdf(LightId id, const Vec3& p, const Vec3& q) const;
+    double pdf(LightId id, const Vec3& p, const Vec3& q, float time) const;
 
     /// What the ray o + t·d (d unit) sees of the triangle, as if nothing else were there.
-    std::optional<LightHit> intersect(LightId id, const Vec3& o, const Vec3& d) const;
+    std::optional<LightHit> intersect(LightId id, const Vec3& o, const Vec3& d, float time) const;
 
   private:
     /// Listed triangles with the luminance that each emits on average; 0 = off.
@@ -141,8 +143,11 @@ class EmissiveSurfaces {
     void lift_dark_triangles(Listed& listed, uint32_t instance) const;
 
     geometry::Hit place_of(LightId id) const;
-    Triangle triangle(const geometry::Hit& place) const;
+    Triangle triangle(const geometry::Hit& place, float time = 0) const;
     Triangle triangle(uint32_t group, uint32_t part) const;
+    static LightBounds moving_bounds(const geometry::TriangleMesh& mesh,
+                                     uint32_t triangle,
+                                     float luminance);
 
     const scene::Scene& scene_;
     const geometry::GeometrySet& geometry_;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lights/light_bounds.h"
 
+#include "base/floats.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -55,6 +57,49 @@ EmissionCone merged(const EmissionCone& a, const EmissionCone& given_b) {
     }
     out.axis = turn_towards(out.axis, narrow.axis, half - out.normals);
     out.normals = half;
+    return out;
+}
+
+EmissionCone cone_around(std::span<const Vec3d> normals, bool is_two_sided) {
+    EmissionCone out;
+    bool is_first = true;
+    for (const Vec3d& normal : normals) {
+        const double length = std::sqrt(normal.dot(normal));
+        if (!(length > 0.0) || !std::isfinite(length)) continue;
+        EmissionCone one;
+        one.axis = normal / length;
+        one.normals = 0.0;
+        out = is_first ? one : merged(out, one);
+        is_first = false;
+    }
+    // Sums of vectors within half a turn stay between them; else they may point anywhere
+    if (out.normals >= pi_d / 2.0) out.normals = pi_d;
+    out.is_two_sided = is_two_sided;
+    return out;
+}
+
+Box3d carried(const Box3d& box, const scene::AffineMotion& motion) {
+    // Points go straight on between keys
+    Box3d out;
+    for (const Mat4d& key : motion.keys())
+        for (int i = 0; i < 8; ++i)
+            out.extendBy(
+                transform_point(Vec3d(i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
+                                      i & 4 ? box.max.z : box.min.z),
+                                key));
+    return out;
+}
+
+LightBounds carried(const LightBounds& bounds, const scene::AffineMotion& motion) {
+    if (!motion.moves()) return bounds;
+    LightBounds out{carried(bounds.box, motion), bounds.cone};
+    if (motion.only_translates()) return out;
+    // What turns may shine anywhere
+    out.cone.normals = pi_d;
+    double largest = 0.0;
+    for (const Mat4d& key : motion.keys())
+        largest = std::max(largest, std::cbrt(sqr(determinant3(key))));
+    out.cone.intensity *= largest;
     return out;
 }
 

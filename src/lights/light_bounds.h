@@ -2,6 +2,9 @@
 #pragma once
 
 #include "base/math.h"
+#include "scene/affine_motion.h"
+
+#include <span>
 
 namespace velatura::lights {
 
@@ -24,6 +27,16 @@ struct LightBounds {
     /// Smallest bounds known to hold both.
     static LightBounds merged(const LightBounds& a, const LightBounds& b);
 };
+
+/// Directions that a normal takes while it moves: what lies between the given ones, which are of
+/// any length; zero ones say nothing.
+EmissionCone cone_around(std::span<const Vec3d> normals, bool is_two_sided);
+
+/// Bounds of what is carried along: of all that is between the keys of the motion.
+LightBounds carried(const LightBounds& bounds, const scene::AffineMotion& motion);
+
+/// Box of what is carried along, at all times.
+Box3d carried(const Box3d& box, const scene::AffineMotion& motion);
 
 /// Smallest cone of normals around two of them, spreads and intensities joined.
 EmissionCone merged(const EmissionCone& a, const EmissionCone& b);

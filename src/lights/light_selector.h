@@ -31,6 +31,7 @@ struct Receiver {
     Vec3 n = Vec3(0.0f);  ///< unit normal on the side of the viewer; zero = every direction counts
     bool both_sides = true;     ///< light from behind n counts too
     scene::LinkClass link = 0;  ///< of the surface there
+    float time = 0;             ///< of the path
 };
 
 /// A chosen light and the probability of that choice.

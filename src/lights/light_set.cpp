@@ -8,6 +8,7 @@
 #include "lights/emitters.h"
 #include "lights/environment_map.h"
 #include "lights/light_bounds.h"
+#include "lights/moved_emitter.h"
 
 #include <cmath>
 #include <map>
@@ -74,7 +75,9 @@ class Preparation {
 
   private:
     std::unique_ptr<Emitter> add_portals(const scene::Light& light, std::unique_ptr<Emitter> dome) {
-        if (light.kind != scene::LightKind::Dome) return dome;
+        // Windows stay where a dome turns: they change no image
+        if (light.kind != scene::LightKind::Dome || !light.later_render_from_light.empty())
+            return dome;
         std::vector<std::unique_ptr<Emitter>> portals;
         for (const Mat4d& render_from_portal : light.render_from_portals) {
             scene::Light window;
@@ -239,15 +242,22 @@ LightSet::LightSet(const scene::Scene& scene,
              {light.diffuse_multiplier, light.specular_multiplier},
              is_on(index) && emitters_[index]->is_infinite(),
              light.is_camera_visible,
-             !light.render_from_portals.empty(),
+             !light.render_from_portals.empty() && light.later_render_from_light.empty(),
              is_on(index) && &emitters_[index]->unfiltered() != emitters_[index].get(),
+             scene::none,
              links_of(light)});
         if (!is_on(index)) continue;
+        if (!light.later_render_from_light.empty()) {
+            records_.back().motion = uint32_t(motions_.size());
+            motions_.emplace_back(light.render_from_light, light.later_render_from_light);
+        }
         note_links(light.links);
         if (is_infinite(index)) {
             infinite_.push_back(index);
         } else {
-            finite.push_back({index, emitters_[index]->bounds()});
+            const scene::AffineMotion* motion = motion_of(index);
+            const Box3d box = emitters_[index]->bounds();
+            finite.push_back({index, motion ? carried(box, *motion) : box});
         }
     }
     finite_ = std::make_unique<EmitterTree>(std::move(finite));
@@ -345,14 +355,15 @@ bool LightSet::is_delta(uint32_t item) const {
     return !is_surface(item) && is_on(item) && emitters_[item]->is_delta();
 }
 
-std::optional<LightSample> LightSet::sample(LightId id,
-                                            const Vec3& p,
-                                            const Vec2& u,
-                                            const RayCone& cone) const {
+std::optional<LightSample> LightSet::sample(
+    LightId id, const Vec3& p, const Vec2& u, const RayCone& cone, float time) const {
     if (!is_on(id)) return std::nullopt;
     const uint32_t index = id.index;
-    if (is_surface(index)) return surfaces_->sample(in_surfaces(id), p, u, cone);
-    const std::optional<EmitterSample> s = emitters_[index]->sample(to_double(p), u);
+    if (is_surface(index)) return surfaces_->sample(in_surfaces(id), p, u, cone, time);
+    const scene::AffineMotion* const motion = motion_of(index);
+    const std::optional<EmitterSample> s =
+        motion ? sample_moved(*emitters_[index], motion->at(double(time)), to_double(p), u)
+               : emitters_[index]->sample(to_double(p), u);
     // Written so that NaN counts as no sample
     if (!s || !(s->pdf > 0.0) || !(s->distance > 0.0)) return std::nullopt;
     LightSample result;
@@ -365,22 +376,32 @@ std::optional<LightSample> LightSet::sample(LightId id,
     return result;
 }
 
-std::optional<LightHit> LightSet::intersect(LightId id, const Vec3& o, const Vec3& d) const {
+std::optional<EmitterHit> LightSet::hit_emitter(
+    uint32_t index, const Vec3d& o, const Vec3d& d, float time, bool is_filtered) const {
+    const Emitter& emitter = is_filtered ? *emitters_[index] : emitters_[index]->unfiltered();
+    const scene::AffineMotion* const motion = motion_of(index);
+    return motion ? intersect_moved(emitter, motion->at(double(time)), o, d)
+                  : emitter.intersect(o, d);
+}
+
+std::optional<LightHit> LightSet::intersect(LightId id,
+                                            const Vec3& o,
+                                            const Vec3& d,
+                                            float time) const {
     if (!is_on(id)) return std::nullopt;
     const uint32_t index = id.index;
     if (is_surface(index)) {
-        std::optional<LightHit> hit = surfaces_->intersect(in_surfaces(id), o, d);
+        std::optional<LightHit> hit = surfaces_->intersect(in_surfaces(id), o, d, time);
         if (hit) hit->light = index;
         return hit;
     }
-    const std::optional<EmitterHit> h =
-        emitters_[index]->intersect(to_double(o), unit_direction(d));
+    const std::optional<EmitterHit> h = hit_emitter(index, to_double(o), unit_direction(d), time);
     if (!h || !(h->t > 0.0)) return std::nullopt;
     return LightHit{index, float(h->t), h->Le, float(h->pdf)};
 }
 
-float LightSet::pdf(LightId id, const Vec3& p, const Vec3& wi) const {
-    const std::optional<LightHit> hit = intersect(id, p, wi);
+float LightSet::pdf(LightId id, const Vec3& p, const Vec3& wi, float time) const {
+    const std::optional<LightHit> hit = intersect(id, p, wi, time);
     return hit ? hit->pdf : 0.0f;
 }
 
@@ -390,17 +411,21 @@ bool LightSet::has_points(uint32_t item) const {
 
 EmitterPoint LightSet::sample_point(uint32_t index,
                                     const Vec2& u,
-                                    const std::optional<Vec3d>& facing) const {
-    const std::optional<EmitterPoint> point = emitters_[index]->sample_point(u, facing);
+                                    const std::optional<Vec3d>& facing,
+                                    float time) const {
+    const scene::AffineMotion* const motion = motion_of(index);
+    const std::optional<EmitterPoint> point =
+        motion ? sample_point_moved(*emitters_[index], motion->at(double(time)), u, facing)
+               : emitters_[index]->sample_point(u, facing);
     VELATURA_CHECK(point.has_value(), "a light without points was sampled");
     return *point;
 }
 
-Rgb LightSet::radiance_at(uint32_t index,
-                          const EmitterPoint& point,
-                          const Vec3d& o,
-                          const Vec3d& d) const {
-    return emitters_[index]->radiance_at(point, o, d);
+Rgb LightSet::radiance_at(
+    uint32_t index, const EmitterPoint& point, const Vec3d& o, const Vec3d& d, float time) const {
+    const scene::AffineMotion* const motion = motion_of(index);
+    return motion ? radiance_moved(*emitters_[index], motion->at(double(time)), point, o, d)
+                  : emitters_[index]->radiance_at(point, o, d);
 }
 
 std::optional<LightId> LightSet::find_surface(const geometry::SurfacePoint& point) const {
@@ -410,8 +435,8 @@ std::optional<LightId> LightSet::find_surface(const geometry::SurfacePoint& poin
     return LightId(id->index + size(), id->part);
 }
 
-float LightSet::surface_pdf(LightId id, const Vec3& p, const Vec3& q) const {
-    return float(surfaces_->pdf(in_surfaces(id), p, q));
+float LightSet::surface_pdf(LightId id, const Vec3& p, const Vec3& q, float time) const {
+    return float(surfaces_->pdf(in_surfaces(id), p, q, time));
 }
 
 double LightSet::power(uint32_t item, double scene_radius) const {
@@ -426,7 +451,9 @@ double LightSet::area(uint32_t item) const {
 
 LightBounds LightSet::bounds(uint32_t item) const {
     if (is_surface(item)) return surfaces_->bounds(item - size());
-    return {emitters_[item]->bounds(), emitters_[item]->emission_cone()};
+    const LightBounds bounds{emitters_[item]->bounds(), emitters_[item]->emission_cone()};
+    const scene::AffineMotion* const motion = motion_of(item);
+    return motion ? carried(bounds, *motion) : bounds;
 }
 
 LightBounds LightSet::place(uint32_t item, const LightBounds& bounds) const {
@@ -452,18 +479,21 @@ Rgb LightSet::background(const Vec3& d) const {
     return sum;
 }
 
-Rgb LightSet::unfiltered_radiance(const LightHit& hit, const Vec3& o, const Vec3& d) const {
+Rgb LightSet::unfiltered_radiance(const LightHit& hit,
+                                  const Vec3& o,
+                                  const Vec3& d,
+                                  float time) const {
     if (!is_filtered(hit.light)) return hit.Le;
     const std::optional<EmitterHit> h =
-        emitters_[hit.light]->unfiltered().intersect(to_double(o), unit_direction(d));
+        hit_emitter(hit.light, to_double(o), unit_direction(d), time, false);
     return h ? h->Le : Rgb(0.0f);
 }
 
 void LightSet::for_each_hit_raw(
-    const Vec3& o, const Vec3& d, float t_max, RawVisitor visit, void* context) const {
+    const Vec3& o, const Vec3& d, float t_max, float time, RawVisitor visit, void* context) const {
     const Vec3d origin = to_double(o), direction = unit_direction(d);
     const auto report = [&](uint32_t index) {
-        const std::optional<EmitterHit> h = emitters_[index]->intersect(origin, direction);
+        const std::optional<EmitterHit> h = hit_emitter(index, origin, direction, time);
         if (!h || !(h->t > 0.0)) return;
         const LightHit hit{index, float(h->t), h->Le, float(h->pdf)};
         if (hit.t < t_max || std::isinf(hit.t)) visit(context, hit);

@@ -6,6 +6,7 @@
 #include "lights/environment_image.h"
 #include "lights/light_sample.h"
 #include "lights/surface_emission.h"
+#include "scene/affine_motion.h"
 #include "scene/scene.h"
 
 #include <cmath>
@@ -29,6 +30,7 @@ namespace velatura::lights {
 class EmissiveSurfaces;
 class Emitter;
 class EmitterTree;
+struct EmitterHit;
 struct EmitterPoint;
 struct LightBounds;
 
@@ -72,10 +74,11 @@ struct SurfaceRadiance {
 ///
 /// Space: render space; `d`, `wi`, `wo` are unit vectors and point away from the receiver.
 /// Precision: geometry is in double; results scale exactly with scenes scaled by a power of two.
-/// Density: sample() agrees with for_each_hit() and surface_pdf(): for every direction they have
-/// one pdf [1/sr] (LightSetOptions::by_area: only sample() has one).
-/// Threads: immutable after construction, safe to share. The scene must outlive it.
-/// Ref: UsdLux; Pharr, Jakob, Humphreys, "Physically Based Rendering" 4, ch. 12 (light sampling).
+/// Time: what moves is asked for at a time (Ray::time), the same for a sample, its density and
+/// hits. Density: sample() agrees with for_each_hit() and surface_pdf(): for every direction they
+/// have one pdf [1/sr] (LightSetOptions::by_area: only sample() has one). Threads: immutable after
+/// construction, safe to share. The scene must outlive it. Ref: UsdLux; Pharr, Jakob, Humphreys,
+/// "Physically Based Rendering" 4, ch. 12 (light sampling).
 class LightSet {
   public:
     // Construction
@@ -195,16 +198,14 @@ class LightSet {
     /// Args:    u in [0,1)²; cone: filters textures of emissive triangles.
     /// Returns: direction, radiance and pdf [1/sr]; nullopt when the light does not reach p or the
     ///          sample misses it: a sample of value 0.
-    std::optional<LightSample> sample(LightId id,
-                                      const Vec3& p,
-                                      const Vec2& u,
-                                      const RayCone& cone = {}) const;
+    std::optional<LightSample> sample(
+        LightId id, const Vec3& p, const Vec2& u, const RayCone& cone = {}, float time = 0) const;
 
     /// Density [1/sr] of sample() for wi from p; 0 for delta lights and directions that miss.
-    float pdf(LightId id, const Vec3& p, const Vec3& wi) const;
+    float pdf(LightId id, const Vec3& p, const Vec3& wi, float time = 0) const;
 
     /// Density [1/sr] of sample() for the point q of an emissive triangle from p.
-    float surface_pdf(LightId id, const Vec3& p, const Vec3& q) const;
+    float surface_pdf(LightId id, const Vec3& p, const Vec3& q, float time = 0) const;
 
     // Sampling of a point on a light, independent of the receiver
 
@@ -216,14 +217,16 @@ class LightSet {
     ///       that way are preferred; the density accounts for it.
     EmitterPoint sample_point(uint32_t index,
                               const Vec2& u,
-                              const std::optional<Vec3d>& facing) const;
+                              const std::optional<Vec3d>& facing,
+                              float time = 0) const;
 
     /// Radiance along the ray from o in direction d through the point; irradiance perpendicular to
     /// d for a delta light. Black when the ray hits another side of the light before.
     Rgb radiance_at(uint32_t index,
                     const EmitterPoint& point,
                     const Vec3d& o,
-                    const Vec3d& d) const;
+                    const Vec3d& d,
+                    float time = 0) const;
 
     // Lights that rays hit
 
@@ -232,22 +235,29 @@ class LightSet {
 
     /// Intersects one light, without occlusion. nullopt: the ray misses, the light lies behind o,
     /// or it is a delta light.
-    std::optional<LightHit> intersect(LightId id, const Vec3& o, const Vec3& d) const;
+    std::optional<LightHit> intersect(LightId id,
+                                      const Vec3& o,
+                                      const Vec3& d,
+                                      float time = 0) const;
 
     /// Calls visit(const LightHit&) for every analytic light that the segment 0 < t < t_max of the
     /// ray hits, each at most once. Lights at infinity are reported, with t = infinity, only when
     /// t_max is infinite: pass the distance of the surface hit otherwise. The order depends on the
     /// scene only.
     template <class Visitor>
-    void for_each_hit(const Vec3& o, const Vec3& d, float t_max, Visitor&& visit) const {
+    void for_each_hit(
+        const Vec3& o, const Vec3& d, float t_max, float time, Visitor&& visit) const {
         for_each_hit_raw(
-            o, d, t_max, [](void* v, const LightHit& hit) { (*static_cast<Visitor*>(v))(hit); },
-            &visit);
+            o, d, t_max, time,
+            [](void* v, const LightHit& hit) { (*static_cast<Visitor*>(v))(hit); }, &visit);
     }
 
     /// Radiance of the light itself along the ray of a hit, which is what the camera sees: light
     /// filters act on what the light illuminates.
-    Rgb unfiltered_radiance(const LightHit& hit, const Vec3& o, const Vec3& d) const;
+    Rgb unfiltered_radiance(const LightHit& hit,
+                            const Vec3& o,
+                            const Vec3& d,
+                            float time = 0) const;
 
     /// True when for_each_hit() with this t_max reports a hit that it reports with infinity.
     bool is_within(const LightHit& hit, float t_max) const {
@@ -258,6 +268,10 @@ class LightSet {
     /// Background: summed radiance of the dome and non-delta distant lights in direction d, without
     /// light filters.
     Rgb background(const Vec3& d) const;
+
+    /// True when a light of Scene::lights moves while the shutter is open; surfaces move as
+    /// geometry does.
+    bool has_motion() const { return !motions_.empty(); }
 
     // Bounds and powers for light selection
 
@@ -290,6 +304,7 @@ class LightSet {
         LobeMultipliers multipliers;
         bool is_infinite = false, is_camera_visible = true, has_portals = false;
         bool is_filtered = false;
+        uint32_t motion = scene::none;  ///< of motions_
         const scene::LightLinks* links = nullptr;
     };
 
@@ -303,12 +318,26 @@ class LightSet {
     LightId in_surfaces(LightId id) const { return {id.index - size(), id.part}; }
 
     using RawVisitor = void (*)(void*, const LightHit&);
-    void for_each_hit_raw(
-        const Vec3& o, const Vec3& d, float t_max, RawVisitor visit, void* context) const;
+    void for_each_hit_raw(const Vec3& o,
+                          const Vec3& d,
+                          float t_max,
+                          float time,
+                          RawVisitor visit,
+                          void* context) const;
+
+    /// Null: it stays.
+    const scene::AffineMotion* motion_of(uint32_t index) const {
+        const uint32_t motion = records_[index].motion;
+        return motion == scene::none ? nullptr : &motions_[motion];
+    }
+
+    std::optional<EmitterHit> hit_emitter(
+        uint32_t index, const Vec3d& o, const Vec3d& d, float time, bool is_filtered = true) const;
 
     const scene::Scene* scene_;
     std::vector<std::unique_ptr<Emitter>> emitters_;  // null = off
     std::vector<LightRecord> records_;                // [analytic light]
+    std::vector<scene::AffineMotion> motions_;
     uint32_t unread_textures_ = 0;
     std::vector<uint32_t> infinite_;
     std::unique_ptr<EmitterTree> finite_;

@@ -123,10 +123,12 @@ void LightTree::add_infinite(const LightSet& lights, const std::vector<uint32_t>
     ++entry_count_;
 }
 
-ClusterReceiver LightTree::in_prototype(uint32_t light, const ClusterReceiver& at) const {
+ClusterReceiver LightTree::in_prototype(uint32_t light,
+                                        const ClusterReceiver& at,
+                                        float time) const {
     const EmissiveSurfaces& surfaces = *lights_.surfaces();
     const uint32_t item = light - lights_.size();
-    return {surfaces.to_prototype(item, at.p), surfaces.normal_to_prototype(item, at.n),
+    return {surfaces.to_prototype(item, at.p, time), surfaces.normal_to_prototype(item, at.n, time),
             at.both_sides};
 }
 
@@ -183,7 +185,8 @@ std::optional<LightChoice> LightTree::select(const Receiver& receiver, double u)
     const uint32_t light = choice->item;
     if (!lights_.is_instance(light)) return LightChoice{light, float(choice->pmf)};
     const Group& group = groups_[lights_.group_of_instance(light)];
-    choice = group.tree.descend(0, in_prototype(light, at), choice->rest, choice->pmf);
+    choice =
+        group.tree.descend(0, in_prototype(light, at, receiver.time), choice->rest, choice->pmf);
     if (!choice) return std::nullopt;
     return LightChoice{LightId(light, choice->item), float(choice->pmf)};
 }
@@ -205,8 +208,8 @@ float LightTree::pmf(const Receiver& receiver, LightId light) const {
     if (!(pmf > 0.0) || !lights_.is_instance(light.index)) return float(pmf);
     const Group& group = groups_[lights_.group_of_instance(light.index)];
     if (!group.is_on[light.part]) return 0.0f;
-    return float(
-        group.tree.pmf_along(0, group.trails[light.part], in_prototype(light.index, at), pmf));
+    return float(group.tree.pmf_along(0, group.trails[light.part],
+                                      in_prototype(light.index, at, receiver.time), pmf));
 }
 
 size_t LightTree::visited_clusters(LightId light) const {

@@ -63,7 +63,7 @@ class LightTree final : public LightSelector {
     void find_single();
     void add_infinite(const LightSet& lights, const std::vector<uint32_t>& infinite);
     double entry_weights(const ClusterReceiver& at, Weights& weights) const;
-    ClusterReceiver in_prototype(uint32_t light, const ClusterReceiver& at) const;
+    ClusterReceiver in_prototype(uint32_t light, const ClusterReceiver& at, float time) const;
 
     const LightSet& lights_;
     ClusterTree tree_;

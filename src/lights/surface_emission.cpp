@@ -55,6 +55,7 @@ void SurfaceEmission::warn_without_area(uint32_t light, Diagnostics& diagnostics
 SurfaceEmission::Placed SurfaceEmission::place(uint32_t light,
                                                double area,
                                                const Mat4d& render_from_parent,
+                                               const scene::AffineMotion& motion,
                                                const GobosOfLight& gobos) {
     const scene::MeshLight& l = scene_.mesh_lights[light];
     Placed out;
@@ -80,6 +81,11 @@ SurfaceEmission::Placed SurfaceEmission::place(uint32_t light,
             filters_.push_back(std::move(filters));
         }
     }
+    const bool is_directed = out.shaping != scene::none || out.filters != scene::none;
+    if (motion.moves() && is_directed) {
+        out.motion = uint32_t(motions_.size());
+        motions_.push_back(motion);
+    }
     return out;
 }
 
@@ -89,9 +95,29 @@ void SurfaceEmission::place_direct(const GobosOfLight& gobos) {
         const scene::MeshLightId light = scene_.shapes[shape].light;
         if (light == scene::none) continue;
         of_shape_[shape] = uint32_t(placed_.size());
+        const scene::MeshLight& l = scene_.mesh_lights[light];
+        const scene::AffineMotion motion(l.parent_from_light, l.later_parent_from_light);
         placed_.push_back(
-            place(light, area_of(geometry_.shapes()[shape], Mat4d()), Mat4d(), gobos));
+            place(light, area_of(geometry_.shapes()[shape], Mat4d()), Mat4d(), motion, gobos));
     }
+}
+
+/// How shaping and filters of a mesh light move with an instance, and in it.
+scene::AffineMotion SurfaceEmission::motion_of(size_t instance, uint32_t light) const {
+    const scene::Instance& placed = scene_.instances[instance];
+    const scene::MeshLight& l = scene_.mesh_lights[light];
+    const size_t segments =
+        std::max(placed.later_render_from_prototype.size(), l.later_parent_from_light.size());
+    if (segments == 0) return {};
+    const scene::AffineMotion within(l.parent_from_light, l.later_parent_from_light);
+    const auto at = [&](size_t key) {
+        const double time = double(key) / double(segments);
+        return l.parent_from_light * within.at(time).to_render *
+               Mat4d(geometry::render_from_prototype(placed, float(time)));
+    };
+    std::vector<Mat4d> later;
+    for (size_t key = 1; key <= segments; ++key) later.push_back(at(key));
+    return scene::AffineMotion(at(0), later);
 }
 
 void SurfaceEmission::place_instances(const GobosOfLight& gobos) {
@@ -123,7 +149,7 @@ void SurfaceEmission::place_instances(const GobosOfLight& gobos) {
         for (const Lamp& lamp : lamps[p]) {
             const double area = keeps_shapes ? lamp.area * std::cbrt(sqr(determinant3(m)))
                                              : area_of(geometry_.prototypes()[p][lamp.shape], m);
-            placed_.push_back(place(lamp.light, area, m, gobos));
+            placed_.push_back(place(lamp.light, area, m, motion_of(i, lamp.light), gobos));
         }
     }
 }
@@ -177,11 +203,33 @@ Rgb SurfaceEmission::radiance(const geometry::SurfacePoint& point,
     if (emission_receiver == EmissionReceiver::Camera && l.shows_material)
         return materials_.emission(point, wo, footprint);
     Rgb Le = unshaped(*placed, point, wo, footprint);
+    if (placed->motion != scene::none)
+        return Le * directed(*placed, motions_[placed->motion], point, wo, filtered_for);
     if (placed->shaping != scene::none) Le *= shapings_[placed->shaping].shaping.factor(Vec3d(wo));
     if (placed->filters == scene::none || !filtered_for) return Le;
     const Vec3d p(*filtered_for);
     const double distance = length_of(Vec3d(point.p) - p);
     return filters_[placed->filters].apply(Le, {p, Vec3d(-wo), distance});
+}
+
+/// What shaping and filters of a light that moves leave, asked where they stood when the shutter
+/// opened.
+Rgb SurfaceEmission::directed(const Placed& placed,
+                              const scene::AffineMotion& motion,
+                              const geometry::SurfacePoint& point,
+                              const Vec3& wo,
+                              const Vec3* filtered_for) const {
+    const scene::AffineMotion::Pose pose = motion.at(double(point.time));
+    Rgb left(1.0f);
+    if (!(pose.volume > 0.0)) return left;
+    if (placed.shaping != scene::none)
+        left *= shapings_[placed.shaping].shaping.factor(
+            normalize(transform_direction(Vec3d(wo), pose.to_made)));
+    if (placed.filters == scene::none || !filtered_for) return left;
+    const Vec3d p = transform_point(Vec3d(*filtered_for), pose.to_made);
+    const Vec3d way = transform_point(Vec3d(point.p), pose.to_made) - p;
+    const double distance = length_of(way);
+    return filters_[placed.filters].apply(left, {p, way / distance, distance});
 }
 
 Rgb SurfaceEmission::mean_radiance(const geometry::SurfacePoint& point, float footprint) const {

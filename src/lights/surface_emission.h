@@ -6,6 +6,7 @@
 #include "geometry/surface_point.h"
 #include "lights/light_filter.h"
 #include "lights/shaping.h"
+#include "scene/affine_motion.h"
 #include "scene/scene.h"
 
 #include <cstdint>
@@ -81,6 +82,7 @@ class SurfaceEmission {
         uint32_t light = scene::none;
         uint32_t shaping = scene::none;  // of shapings_
         uint32_t filters = scene::none;  // of filters_
+        uint32_t motion = scene::none;   // of motions_: shaping and filters move
     };
 
     /// A shaping that is active, and the part of all emission that it leaves.
@@ -93,11 +95,18 @@ class SurfaceEmission {
                  const geometry::SurfacePoint& point,
                  const Vec3& wo,
                  float footprint) const;
+    Rgb directed(const Placed& placed,
+                 const scene::AffineMotion& motion,
+                 const geometry::SurfacePoint& point,
+                 const Vec3& wo,
+                 const Vec3* filtered_for) const;
     const Placed* find(uint32_t instance, uint32_t shape) const;
     Placed place(uint32_t light,
                  double area,
                  const Mat4d& render_from_parent,
+                 const scene::AffineMotion& motion,
                  const GobosOfLight& gobos);
+    scene::AffineMotion motion_of(size_t instance, uint32_t light) const;
     void place_direct(const GobosOfLight& gobos);
     void place_instances(const GobosOfLight& gobos);
     void warn_without_area(uint32_t light, Diagnostics& diagnostics) const;
@@ -108,6 +117,7 @@ class SurfaceEmission {
     std::vector<Placed> placed_;
     std::vector<Shaped> shapings_;
     std::vector<FilterChain> filters_;
+    std::vector<scene::AffineMotion> motions_;
     std::vector<uint32_t> of_shape_;  // [shape placed directly], of placed_
     std::vector<std::vector<uint32_t>>
         slot_;                           // [prototype][shape], among the lights of one placement

@@ -16,6 +16,7 @@ class Medium;
 struct Flight {
     const Medium* medium = nullptr;  ///< that it collided with; null: none, or what is around
     float t = std::numeric_limits<float>::infinity();  ///< of the collision; else it got through
+    Vec3 place = Vec3(0.0f);  ///< of a collision with `medium`: where that is asked for its colors
     /// What arrives there or at the end is to be weighed with: 1 in a gray medium. The albedo is
     /// not in it.
     Rgb weight = Rgb(1.0f);

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "media/load_volumes.h"
 
+#include "scene/affine_motion.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
+#include <utility>
 
 namespace velatura::media {
 
@@ -114,7 +118,23 @@ void add_surface(Scene& scene, const Volume& volume, Diagnostics& diagnostics) {
     shape.geometry = scene::LevelSet{grid, map, volume.surface_primvars};
     shape.link = volume.link;
     shape.provenance = volume.provenance;
-    scene.shapes.push_back(std::move(shape));
+    if (volume.later_render_from_volume.empty()) {
+        scene.shapes.push_back(std::move(shape));
+        return;
+    }
+    // One that moves is an instance of itself, in render space as when the shutter opens
+    const scene::AffineMotion motion(volume.render_from_volume, volume.later_render_from_volume);
+    scene::Instance instance;
+    instance.prototype = uint32_t(scene.prototypes.size());
+    for (size_t key = 1; key < motion.keys().size(); ++key)
+        instance.later_render_from_prototype.push_back(Mat4(motion.keys()[key]));
+    instance.provenance = volume.provenance;
+    if (volume.link != 0) {
+        instance.link_row = uint32_t(scene.linking.rows.size());
+        scene.linking.rows.push_back({volume.link});
+    }
+    scene.prototypes.push_back({volume.name, {std::move(shape)}});
+    scene.instances.push_back(std::move(instance));
 }
 
 }  // namespace

@@ -31,7 +31,8 @@ struct MediumOptions {
 
 /// What one volume does to light by one of its fields: it scatters and takes it, or it gives it.
 /// Light meets it at points of a Poisson process along the ray, whose rate is a bound of the
-/// extinction there, or, where light is given, often enough.
+/// extinction there, or, where light is given, often enough. Of a volume that moves this is as when
+/// the shutter opens; rays are carried there, and keep their parameter t.
 class Medium {
   public:
     /// What scatters and takes light; nothing where the volume does not.

@@ -21,7 +21,13 @@ class TentativeCollisions {
   public:
     /// begin, end: distances along the ray [scene unit], of Medium::clip().
     TentativeCollisions(const Medium& medium, const Vec3& o, const Vec3& d, float begin, float end)
-        : medium_(&medium), walk_(medium.walk(o, d, begin, end)), t_(begin) {}
+        : medium_(&medium), o_(o), d_(d), walk_(medium.walk(o, d, begin, end)), t_(begin) {}
+
+    /// Number of the medium's field there.
+    float field() const { return medium_->field(span_, o_, d_, t_); }
+
+    /// Where that is, in the space of the ray as it was given.
+    Vec3 place() const { return o_ + d_ * t_; }
 
     const Medium& medium() const { return *medium_; }
 
@@ -30,8 +36,6 @@ class TentativeCollisions {
 
     /// Majorant at the collision.
     float rate() const { return rate_; }
-
-    const BrickSpan& span() const { return span_; }
 
     bool has_begun() const { return has_begun_; }
 
@@ -55,6 +59,7 @@ class TentativeCollisions {
 
   private:
     const Medium* medium_;
+    Vec3 o_, d_;
     BrickWalk walk_;
     BrickSpan span_;
     float t_, rate_ = 0;

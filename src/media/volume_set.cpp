@@ -41,8 +41,6 @@ void remove(std::vector<TentativeCollisions>& all, TentativeCollisions* gone) {
 
 /// One segment on its way.
 struct Tracker {
-    const Vec3& o;
-    const Vec3& d;
     const Rgb& carried;
     sampling::RandomStream& numbers;
     Flight& out;
@@ -52,7 +50,7 @@ struct Tracker {
     bool collides(const TentativeCollisions& at) {
         const Medium& medium = at.medium();
         const float majorant = at.rate();
-        const float extinction = medium.extinction(medium.field(at.span(), o, d, at.t()));
+        const float extinction = medium.extinction(at.field());
         if (extinction > majorant) ++counts.violations;
         const double u = numbers.next();
         if (medium.is_gray() && extinction <= majorant)
@@ -79,7 +77,38 @@ VolumeSet::VolumeSet(const scene::Scene& scene, const MediumOptions& options) {
         if (const auto medium = Medium::extinction(scene, v, options)) media_.push_back(*medium);
         if (const auto medium = Medium::emission(scene, v, options)) media_.push_back(*medium);
     }
-    for (const Medium& medium : media_) bounds_.extendBy(medium.bounds());
+    const auto moves = [&](const Medium& medium) {
+        return !scene.volumes[medium.volume()].later_render_from_volume.empty();
+    };
+    if (std::any_of(media_.begin(), media_.end(), moves))
+        for (const Medium& medium : media_) {
+            const scene::Volume& volume = scene.volumes[medium.volume()];
+            motions_.emplace_back(volume.render_from_volume, volume.later_render_from_volume);
+        }
+    for (size_t i = 0; i < media_.size(); ++i) {
+        const Box3& box = media_[i].bounds();
+        bounds_.extendBy(box);
+        if (motions_.empty()) continue;
+        // Corners go straight on between keys
+        for (const Mat4d& key : motions_[i].keys())
+            for (int c = 0; c < 8; ++c)
+                bounds_.extendBy(
+                    to_float(transform_point(Vec3d(double(c & 1 ? box.max.x : box.min.x),
+                                                   double(c & 2 ? box.max.y : box.min.y),
+                                                   double(c & 4 ? box.max.z : box.min.z)),
+                                             key)));
+    }
+}
+
+VolumeSet::CarriedRay VolumeSet::carried_ray(size_t medium,
+                                             const Vec3& o,
+                                             const Vec3& d,
+                                             float time) const {
+    if (motions_.empty() || !motions_[medium].moves()) return {o, d};
+    scene::count_call(scene::Effect::TransformBlur);
+    const scene::AffineMotion::Pose pose = motions_[medium].at(double(time));
+    return {to_float(transform_point(Vec3d(o), pose.to_made)),
+            to_float(transform_direction(Vec3d(d), pose.to_made))};
 }
 
 void VolumeSet::fly(const Vec3& o,
@@ -90,19 +119,23 @@ void VolumeSet::fly(const Vec3& o,
                     sampling::RandomStream numbers,
                     Flight& out,
                     TrackingCounts& counts,
-                    const scene::LinkSet* visible) const {
+                    const scene::LinkSet* visible,
+                    float time) const {
     out.clear();
     out.around = around;
     t_max = std::min(t_max, around.end);
     thread_local std::vector<TentativeCollisions> met;
     met.clear();
-    for (const Medium& medium : media_) {
+    for (size_t i = 0; i < media_.size(); ++i) {
+        const Medium& medium = media_[i];
         if (visible && !visible->holds(medium.link())) continue;
+        const CarriedRay ray = carried_ray(i, o, d, time);
         float begin = 0.0f, end = t_max;
-        if (medium.clip(o, d, begin, end)) met.emplace_back(medium, o, d, begin, end);
+        if (medium.clip(ray.o, ray.d, begin, end))
+            met.emplace_back(medium, ray.o, ray.d, begin, end);
     }
     const bool is_absorbing = !is_black(around.extinction);
-    Tracker tracker{o, d, carried, numbers, out, counts};
+    Tracker tracker{carried, numbers, out, counts};
     for (uint32_t i = 0; !met.empty(); ++i) {
         if (i == max_tentative_collisions) {
             ++counts.capped;
@@ -113,13 +146,13 @@ void VolumeSet::fly(const Vec3& o,
         if (at->has_begun()) {
             scene::count_call(scene::Effect::Volumes);
             if (at->medium().gives_light()) {
-                const Rgb given = at->medium().emission(
-                    at->medium().field(at->span(), o, d, at->t()), o + d * at->t());
+                const Rgb given = at->medium().emission(at->field(), at->place());
                 const Rgb left = is_absorbing ? around.weight_at(at->t()) : Rgb(1.0f);
                 out.emitted += given * left * out.weight / at->rate();
             } else if (tracker.collides(*at)) {
                 out.medium = &at->medium();
                 out.t = at->t();
+                out.place = at->place();
                 return;
             }
         }
@@ -132,14 +165,17 @@ Rgb VolumeSet::transmittance(const Vec3& o,
                              float t_max,
                              const scene::LinkSet* casters,
                              sampling::RandomStream& numbers,
-                             TrackingCounts& counts) const {
+                             TrackingCounts& counts,
+                             float time) const {
     Rgb passed(1.0f);
     uint32_t met = 0;
-    for (const Medium& medium : media_) {
+    for (size_t i = 0; i < media_.size(); ++i) {
+        const Medium& medium = media_[i];
         if (medium.gives_light() || (casters && !casters->holds(medium.link()))) continue;
+        const CarriedRay ray = carried_ray(i, o, d, time);
         float begin = 0.0f, end = t_max;
-        if (!medium.clip(o, d, begin, end)) continue;
-        BrickWalk walk = medium.walk(o, d, begin, end);
+        if (!medium.clip(ray.o, ray.d, begin, end)) continue;
+        BrickWalk walk = medium.walk(ray.o, ray.d, begin, end);
         BrickSpan span;
         double certain = 0.0;  // optical way by the minorants
         double way = free_path(numbers);
@@ -157,7 +193,8 @@ Rgb VolumeSet::transmittance(const Vec3& o,
                 t += way / double(rate);
                 way = free_path(numbers);
                 scene::count_call(scene::Effect::Volumes);
-                const float extinction = medium.extinction(medium.field(span, o, d, float(t)));
+                const float extinction =
+                    medium.extinction(medium.field(span, ray.o, ray.d, float(t)));
                 if (extinction > rate + min) ++counts.violations;
                 passed *= Rgb(1.0f) - medium.channels() * ((extinction - min) / rate);
                 const float max = largest(passed);

@@ -5,6 +5,7 @@
 #include "media/flight.h"
 #include "media/medium.h"
 #include "sampling/random_stream.h"
+#include "scene/affine_motion.h"
 #include "scene/linking.h"
 #include "scene/scene.h"
 
@@ -43,12 +44,15 @@ class VolumeSet {
 
     bool is_empty() const { return media_.empty(); }
 
-    const Box3& bounds() const { return bounds_; }  ///< render space
+    const Box3& bounds() const { return bounds_; }  ///< render space, at all times
+
+    /// Whether some medium moves while the shutter is open.
+    bool has_motion() const { return !motions_.empty(); }
 
     /// Follows light along o + t·d, d unit, until t_max, which may be infinite, or until it
     /// collides. carried: by the path, for the choice of events where channels differ.
     /// around: whatever else fills the space; goes no further than that. visible: what the light
-    /// meets; null: all. Writes `out` anew.
+    /// meets; null: all. time: of the ray, where media move. Writes `out` anew.
     void fly(const Vec3& o,
              const Vec3& d,
              float t_max,
@@ -57,7 +61,8 @@ class VolumeSet {
              sampling::RandomStream numbers,
              Flight& out,
              TrackingCounts& counts,
-             const scene::LinkSet* visible = nullptr) const;
+             const scene::LinkSet* visible = nullptr,
+             float time = 0) const;
 
     /// Share of light that gets from o to o + t_max·d: an estimate with that mean, in [0, 1] but
     /// for rare survivors of roulette in thick media. casters: what may take light; null: all.
@@ -66,10 +71,19 @@ class VolumeSet {
                       float t_max,
                       const scene::LinkSet* casters,
                       sampling::RandomStream& numbers,
-                      TrackingCounts& counts) const;
+                      TrackingCounts& counts,
+                      float time = 0) const;
 
   private:
+    /// A ray as a medium meets it where that was made.
+    struct CarriedRay {
+        Vec3 o, d;
+    };
+
+    CarriedRay carried_ray(size_t medium, const Vec3& o, const Vec3& d, float time) const;
+
     std::vector<Medium> media_;
+    std::vector<scene::AffineMotion> motions_;  ///< [medium]; empty: none moves
     Box3 bounds_;
 };
 

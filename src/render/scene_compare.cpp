@@ -186,13 +186,13 @@ auto members(const scene::LightFilter& v) {
 }
 
 auto members(const scene::Light& v) {
-    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, w] = v;
-    return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, w);
+    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, w, x] = v;
+    return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, w, x);
 }
 
 auto members(const scene::MeshLight& v) {
-    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m] = v;
-    return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m);
+    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n] = v;
+    return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m, n);
 }
 
 auto members(const scene::LightGroup& v) {
@@ -226,8 +226,8 @@ auto members(const scene::VolumeOptics& v) {
 }
 
 auto members(const scene::Volume& v) {
-    const auto& [a, b, c, d, e, f, g, h, i, j, k, l] = v;
-    return std::tie(a, b, c, d, e, f, g, h, i, j, k, l);
+    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m] = v;
+    return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m);
 }
 
 /// Not the grid itself: it is that of the file.

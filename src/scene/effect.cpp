@@ -13,7 +13,8 @@ using enum EffectKind;
 constexpr std::array<EffectInfo, effect_count> table = {{
     {Effect::DepthOfField, Scene, "depth-of-field", "lens samples"},
     {Effect::CameraBlur, Scene, "camera-blur", "camera transforms"},
-    {Effect::TransformBlur, Scene, "transform-blur", "hits on moving instances"},
+    {Effect::TransformBlur, Scene, "transform-blur",
+     "hits on moving instances, samples of moving lights, rays by moving volumes"},
     {Effect::DeformationBlur, Scene, "deformation-blur", "hits on deforming meshes"},
     {Effect::Instancing, Scene, "instancing", "hits on instances"},
     {Effect::Quadrics, Scene, "quadrics", "hits on analytic quadrics"},

@@ -44,7 +44,10 @@ struct Light {
     /// divided by the world-space size where `normalize` is on. For a Distant light of angle 0:
     /// irradiance on a facing surface.
     Rgb Le = Rgb(1.0f);
-    Mat4d render_from_light;
+    Mat4d render_from_light;  ///< of one that moves, as when the shutter opens
+    /// [key − 1] the same at the later keys of a light that moves, see AffineMotion; its filters
+    /// are carried along.
+    std::vector<Mat4d> later_render_from_light;
     float width = 1.0f, height = 1.0f;  ///< Rect: x, y
     float radius = 0.5f;                ///< Disk, Sphere, Cylinder
     float length = 1.0f;                ///< Cylinder, along x
@@ -83,6 +86,8 @@ struct MeshLight {
     Shaping shaping;
     Mat4d parent_from_light;  ///< the prim's own space, whose −Z is the axis of the shaping, in the
                               ///< space of its shape
+    /// [key − 1] the same at the later keys of a shape that moves by its points.
+    std::vector<Mat4d> later_parent_from_light;
     float diffuse_multiplier = 1.0f, specular_multiplier = 1.0f;
     std::vector<LightFilter> filters;  ///< in the order in which they act
     LightLinks links;

@@ -58,8 +58,7 @@ struct Instance {
     uint32_t prototype = 0;
     Mat4 render_from_prototype;  ///< camera-centered, cast from double
     /// [key − 1] the same at the later keys of an instance that moves, at equal steps over the
-    /// shutter; entries go straight on between. Empty = it does not. What gives light does not
-    /// move: `translate` promises.
+    /// shutter; entries go straight on between. Empty = it does not.
     std::vector<Mat4> later_render_from_prototype;
     MaterialId material_override = none;
     uint32_t link_row =

@@ -45,8 +45,10 @@ struct VolumeOptics {
 
 /// A medium that scatters, absorbs and emits light, by fields. Overlapping volumes add up.
 struct Volume {
-    std::string name;  ///< prim path
-    Mat4d render_from_volume;
+    std::string name;          ///< prim path
+    Mat4d render_from_volume;  ///< of one that moves, as when the shutter opens
+    /// [key − 1] the same at the later keys of a volume that moves, see AffineMotion.
+    std::vector<Mat4d> later_render_from_volume;
     uint32_t density = none;   ///< index into Scene::volume_fields, as the next three
     uint32_t emission = none;  ///< heat, flame …
     uint32_t temperature = none;

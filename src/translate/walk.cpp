@@ -74,6 +74,13 @@ Vec3d representative_point(Context& ctx, Prim prim, const Mat4d& matrix, const m
     return {matrix[3][0], matrix[3][1], matrix[3][2]};
 }
 
+void note_mesh_light_links(Context& ctx, Prim prim, const InstanceSource& out) {
+    if (linking::note_linking(ctx, prim) && !out.is_stage)
+        ctx.warn(
+            "unsupported-light-linking", prim,
+            "light links of instanced emissive geometry: all instances use those of the first");
+}
+
 /// Draws the prim itself, without its children.
 void draw(Context& ctx, Prim prim, const Mat4d& matrix, motion::Pose* pose, InstanceSource& out) {
     const std::string_view type = prim.type_name().view();
@@ -101,10 +108,10 @@ void draw(Context& ctx, Prim prim, const Mat4d& matrix, motion::Pose* pose, Inst
     } else if (geometry::is_gprim_type(type)) {
         read = [&ctx, prim](const Mat4d& m) { return geometry::read_gprim(ctx, prim, m); };
     } else if (type == "Volume") {
-        motion::warn_if_it_moves(ctx, prim, out.frame);
         warn_unsupported_features(ctx, prim);
         std::optional<scene::Volume> volume = volumes::read_volume(ctx, prim, placed);
         if (!volume) return;
+        instancing::read_volume_motion(ctx, prim, out, *volume);
         if (scene::has_emission(*volume, ctx.scene.volume_fields))
             ctx.state<lights::CollectedLights>().has_prim = true;
         out.volumes.push_back(std::move(*volume));
@@ -112,8 +119,9 @@ void draw(Context& ctx, Prim prim, const Mat4d& matrix, motion::Pose* pose, Inst
         return;
     } else if (lights::is_light_type(type)) {
         ctx.state<lights::CollectedLights>().has_prim = true;
-        motion::warn_if_it_moves(ctx, prim, out.frame);
-        out.lights.push_back({prim, placed});
+        LightSite site{prim, placed};
+        instancing::read_light_motion(ctx, out, site);
+        out.lights.push_back(std::move(site));
         linking::note_linking(ctx, prim);
         out.is_origin_fixed = true;
         return;
@@ -127,7 +135,7 @@ void draw(Context& ctx, Prim prim, const Mat4d& matrix, motion::Pose* pose, Inst
     const bool has_faces = std::holds_alternative<scene::Mesh>(shape->geometry) ||
                            std::holds_alternative<scene::Gprim>(shape->geometry);
     const bool is_light = has_faces && lights::is_geometry_light(prim);
-    if (read && (is_light || (pose && pose->skin))) {
+    if (read && pose && pose->skin) {
         motion::warn_if_it_moves(ctx, prim, out.frame);
     } else if (read) {
         if (type == "Points" && instancing::place_moving_spheres(ctx, prim, matrix, *shape, out)) {
@@ -135,17 +143,20 @@ void draw(Context& ctx, Prim prim, const Mat4d& matrix, motion::Pose* pose, Inst
             return;
         }
         const Vec3d near = representative_point(ctx, prim, Mat4d(), nullptr);
-        if (instancing::place_moving_shape(ctx, prim, matrix, near, read, out)) {
+        const bool moves =
+            instancing::place_moving_shape(ctx, prim, matrix, near, {read, is_light}, out);
+        if (moves) {
+            if (is_light) note_mesh_light_links(ctx, prim, out);
             out.is_origin_fixed = true;
             return;
         }
     }
     if (is_light) {
-        lights::make_mesh_light(ctx, prim, placed, *shape);
-        if (linking::note_linking(ctx, prim) && !out.is_stage)
-            ctx.warn(
-                "unsupported-light-linking", prim,
-                "light links of instanced emissive geometry: all instances use those of the first");
+        LightSite site{prim, placed};
+        const auto* mesh = std::get_if<scene::Mesh>(&shape->geometry);
+        if (mesh && !mesh->later_points.empty()) instancing::read_light_motion(ctx, out, site);
+        lights::make_mesh_light(ctx, site, *shape);
+        note_mesh_light_links(ctx, prim, out);
     }
     out.shapes.push_back(std::move(*shape));
     out.is_origin_fixed = true;

@@ -303,6 +303,16 @@ constexpr EffectFixture fixtures[] = {
      "xformOp:rotateZ.timeSamples = { 0: 90, 1: 90 }\n uniform token[] xformOpOrder = "
      "[\"xformOp:rotateZ\"] }",
      true},
+    {Effect::TransformBlur, "light",
+     "def SphereLight \"L\" { float inputs:intensity = 2\n double3 "
+     "xformOp:translate.timeSamples = { 0: (0, 2, 0), 1: (1, 2, 0) }\n uniform token[] "
+     "xformOpOrder "
+     "= [\"xformOp:translate\"] }",
+     "def SphereLight \"L\" { float inputs:intensity = 2\n double3 "
+     "xformOp:translate.timeSamples = { 0: (0, 2, 0), 1: (0, 2, 0) }\n uniform token[] "
+     "xformOpOrder "
+     "= [\"xformOp:translate\"] }",
+     true},
     {Effect::TransformBlur, "dust that falls",
      "def Points \"Dust\" { point3f[] points.timeSamples = { 0: [(0, 1, 0)] }\n vector3f[] "
      "velocities.timeSamples = { 0: [(0, -24, 0)] }\n float[] widths = [0.5] }",

@@ -171,7 +171,7 @@ TEST(LightSet, TreeFindsTheHitsThatTheListFinds) {
             const auto hit = lights.intersect(i, o, d);
             if (hit && (hit->t < t_max || t_max > 100.0f)) expected[i] = hit->t;
         }
-        lights.for_each_hit(o, d, t_max, [&](const LightHit& hit) {
+        lights.for_each_hit(o, d, t_max, 0.0f, [&](const LightHit& hit) {
             EXPECT_EQ(found.count(hit.light), 0u);
             found[hit.light] = hit.t;
         });

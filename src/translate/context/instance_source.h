@@ -14,7 +14,9 @@ inline namespace context {
 /// A light prim and its transform into the space of its InstanceSource.
 struct LightSite {
     Prim prim;
-    Mat4d matrix;
+    Mat4d matrix;                   ///< of one that moves, as when the shutter opens
+    std::vector<Mat4d> later = {};  ///< as Placement::later
+    double reach = 0;               ///< from its origin, in its own space
 };
 
 struct InstanceSource;
@@ -43,7 +45,6 @@ struct InstanceSource {
     bool is_point_prototype = false;     ///< of point instancers, not of native instances
     bool is_origin_fixed = false;        ///< something of a prototype stands relative to `origin`
     /// Of a whole prototype, once motion asked for it: see instancing/placement_motion.cpp.
-    std::optional<bool> must_stay;
     std::optional<double> reach;
     /// Subtracted from the translation of every matrix: what is cast to float stays near zero. For
     /// a prototype the position of the first thing in it, in the prototype's authored space.

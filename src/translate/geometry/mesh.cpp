@@ -9,7 +9,6 @@
 #include "translate/geometry/mesh_surface.h"
 #include "translate/geometry/primvars.h"
 #include "translate/geometry/subdivision.h"
-#include "translate/lights/mesh_lights.h"
 #include "translate/materials/materials.h"
 #include "translate/motion/moving_points.h"
 #include "translate/motion/pose.h"
@@ -180,13 +179,7 @@ std::optional<scene::Shape> read_mesh(Context& ctx,
     const bool is_left_handed =
         read_text(prim.attribute("orientation"), "rightHanded", ctx.time) == "leftHanded";
     if (!set_surface(ctx, prim, table, points, matrix, pose, mesh)) return std::nullopt;
-    const bool is_light =
-        lights::is_geometry_light(prim) ||
-        std::any_of(used.begin(), used.end(), [](const auto* entry) { return entry->is_emissive; });
-    if (is_light)
-        motion::warn_if_it_moves(ctx, prim, parent.frame);
-    else
-        read_motion(ctx, prim, parent, matrix, pose, table, mesh);
+    read_motion(ctx, prim, parent, matrix, pose, table, mesh);
     compact_faces(table, mesh);
     shape.flip_normals = is_left_handed != (determinant3(matrix) < 0.0);
     shape.double_sided = read_bool(prim.attribute("doubleSided"), false, ctx.time);

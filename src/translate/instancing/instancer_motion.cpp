@@ -108,9 +108,7 @@ class InstancerKeys {
         const Mat4d first = matrix(opening, i);
         if (std::all_of(later.begin(), later.end(), [&](const Mat4d& m) { return m == first; }))
             return;
-        if (must_stay(ctx_, *placement.what)) {
-            ++staying_;
-        } else if (!fits_floats(first) || !std::all_of(later.begin(), later.end(), fits_floats)) {
+        if (!fits_floats(first) || !std::all_of(later.begin(), later.end(), fits_floats)) {
             ++lost_;
         } else {
             placement.matrix = first;
@@ -119,14 +117,6 @@ class InstancerKeys {
     }
 
     void warn_color() const {
-        if (staying_ > 0) {
-            ctx_.note_not_simulated(scene::Effect::TransformBlur, instancer_,
-                                    "moves lights or volumes");
-            ctx_.warn("unsupported-motion-blur", instancer_,
-                      fmt::format("{} moving instances are lights or volumes; they are rendered "
-                                  "without motion blur, at the frame time",
-                                  staying_));
-        }
         if (lost_ > 0)
             ctx_.warn("unsupported-motion-blur", instancer_,
                       fmt::format("{} instances have non-finite transforms while the shutter is "
@@ -140,7 +130,7 @@ class InstancerKeys {
     const InstanceSource& holder_;
     PlacedInstances placed_;
     Shutter shutter_;
-    size_t staying_ = 0, lost_ = 0;
+    size_t lost_ = 0;
 };
 
 }  // namespace

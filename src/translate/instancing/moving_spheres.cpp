@@ -155,7 +155,6 @@ bool place_moving_spheres(Context& ctx,
     own->name = prim.path_string();
     own->frame = prim;
     own->shapes.push_back(*std::move(ball));
-    if (must_stay(ctx, *own)) return false;
     const InstanceRows now = balls.at(ctx.frame);
     const Mat4d holder_from_prim = relative_to(matrix, parent.origin);
     const size_t first = parent.placements.size();

@@ -70,6 +70,7 @@ void bake(Context& ctx,
             // Its shaping turns with it
             scene::MeshLight placed = ctx.scene.mesh_lights[light];
             placed.parent_from_light = placed.parent_from_light * matrix;
+            for (Mat4d& key : placed.later_parent_from_light) key = key * matrix;
             light = scene::MeshLightId(ctx.scene.mesh_lights.size());
             ctx.scene.mesh_lights.push_back(std::move(placed));
             auto& prims = ctx.state<lights::CollectedLights>().mesh_lights;
@@ -97,8 +98,21 @@ bool is_object_space(const scene::Scene& scene, const scene::Primvar& primvar) {
         [&](std::string_view name) { return primvar.name == scene::find_primvar(scene, name); });
 }
 
-/// Puts a volume into the scene where `matrix` carries it.
-void place_volume(Context& ctx, scene::Volume volume, const Mat4d& matrix, uint32_t link_place) {
+/// Where an instance puts what it holds; keys as Placement::later.
+struct OuterMotion {
+    Mat4d matrix = {};
+    std::vector<Mat4d> later = {};
+};
+
+/// Puts a volume into the scene where `outer` carries it.
+void place_volume(Context& ctx,
+                  scene::Volume volume,
+                  const OuterMotion& outer,
+                  uint32_t link_place) {
+    const Mat4d& matrix = outer.matrix;
+    volume.later_render_from_volume = composed_motion(
+        {volume.render_from_volume, volume.later_render_from_volume, reach_of(volume)}, matrix,
+        outer.later);
     volume.render_from_volume = volume.render_from_volume * matrix;
     if (determinant3(volume.render_from_volume) == 0.0) {
         warn_at(ctx, volume.provenance, "bad-transform",
@@ -256,11 +270,13 @@ void place(Context& ctx,
         }
     }
     for (const LightSite& site : what.lights)
-        lights::read_light(ctx, site, site.matrix * matrix, link_place);
+        lights::read_light(ctx, site, site.matrix * matrix,
+                           composed_motion({site.matrix, site.later, site.reach}, matrix, later),
+                           link_place);
     for (scene::Volume volume : what.volumes) {
         inherit_primvars(ctx.scene, {placement.first_value, placement.value_count},
                          volume.surface_primvars);
-        place_volume(ctx, std::move(volume), matrix, link_place);
+        place_volume(ctx, std::move(volume), {matrix, later}, link_place);
     }
     for (const Placement& nested : what.placements) {
         if (counter.of(*nested.what) == 0) continue;
@@ -269,8 +285,9 @@ void place(Context& ctx,
             handed_on(ctx.scene, nested, {placement.first_value, placement.value_count});
         inner.first_value = values.first;
         inner.value_count = values.count;
-        place(ctx, counter, inner, nested.matrix * matrix, composed_motion(nested, matrix, later),
-              link_place);
+        const double reach = later.empty() && nested.later.empty() ? 0.0 : reach_of(*nested.what);
+        place(ctx, counter, inner, nested.matrix * matrix,
+              composed_motion({nested.matrix, nested.later, reach}, matrix, later), link_place);
     }
 }
 
@@ -282,8 +299,8 @@ void place_all(Context& ctx, InstanceSource& stage_content) {
     ctx.state<linking::LinkPathMappings>().first_baked_shape = ctx.scene.shapes.size();
     lights::join_mesh_light_groups(ctx, ctx.scene.shapes);
     for (const LightSite& site : stage_content.lights)
-        lights::read_light(ctx, site, site.matrix, 0);
-    for (const scene::Volume& volume : stage_content.volumes) place_volume(ctx, volume, Mat4d(), 0);
+        lights::read_light(ctx, site, site.matrix, site.later, 0);
+    for (const scene::Volume& volume : stage_content.volumes) place_volume(ctx, volume, {}, 0);
     InstanceCounter counter;
     const auto refused = refused_prims(ctx, stage_content.placements, counter);
     for (const Placement& placement : stage_content.placements) {

@@ -3,39 +3,23 @@
 
 #include "translate/context/instance_source.h"
 #include "translate/context/values.h"
+#include "translate/lights/lights.h"
 #include "translate/motion/scoped_time.h"
 #include "translate/motion/shutter.h"
 #include "translate/motion/unblurred.h"
 #include "usd/stage/xform.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <iterator>
 #include <optional>
+#include <string_view>
 #include <variant>
 
 namespace velatura::translate::instancing {
-
-bool must_stay(const Context& ctx, InstanceSource& what) {
-    if (what.must_stay) return *what.must_stay;
-    const auto emits = [&](scene::MaterialId material) {
-        return material < ctx.scene.materials.size() &&
-               scene::is_emissive(ctx.scene.materials[material]);
-    };
-    const auto is_light = [&](const scene::Shape& shape) {
-        const auto* mesh = std::get_if<scene::Mesh>(&shape.geometry);
-        return shape.light != scene::none || emits(shape.material) ||
-               (mesh &&
-                std::any_of(mesh->face_materials.begin(), mesh->face_materials.end(), emits));
-    };
-    what.must_stay =
-        !what.lights.empty() || !what.volumes.empty() ||
-        std::any_of(what.shapes.begin(), what.shapes.end(), is_light) ||
-        std::any_of(what.placements.begin(), what.placements.end(),
-                    [&](const Placement& inner) { return must_stay(ctx, *inner.what); });
-    return *what.must_stay;
-}
 
 namespace {
 
@@ -88,6 +72,11 @@ double reach_of(InstanceSource& what) {
             reach = std::max(reach, reach_of(furthest(*cloud), cloud->shape_from_points));
         }
     }
+    for (const LightSite& site : what.lights)
+        if (lights::has_place(site.prim.type_name().view()))
+            reach = std::max(reach, reach_of(site.reach, site.matrix));
+    for (const scene::Volume& volume : what.volumes)
+        reach = std::max(reach, reach_of(reach_of(volume), volume.render_from_volume));
     for (const Placement& inner : what.placements)
         reach = std::max(
             reach, reach_of(*inner.what) * largest_row(inner.matrix) + translation(inner.matrix));
@@ -132,35 +121,34 @@ Mat4d key_of(const Mat4d& first, const std::vector<Mat4d>& later, size_t key, si
 
 }  // namespace
 
-void read_placement_motion(Context& ctx,
-                           Prim instance,
-                           const InstanceSource& parent,
-                           Placement& placement) {
-    if (!ctx.shutter || !motion::can_be_carried(ctx, instance, parent.frame)) return;
-    const std::optional<Shutter> seen = motion::shutter_of(ctx, instance);
-    if (!seen) return;
+std::vector<Mat4d> read_carried_keys(Context& ctx,
+                                     Prim prim,
+                                     const InstanceSource& parent,
+                                     const PrimMotion& placed) {
+    if (!ctx.shutter || !motion::can_be_carried(ctx, prim, parent.frame)) return {};
+    const std::optional<Shutter> seen = motion::shutter_of(ctx, prim);
+    if (!seen) return {};
     const Shutter shutter = *seen;
     const auto matrix_at = [&](double time) {
-        return between_origins(motion::carried_by(ctx, instance, parent.frame, time),
-                               placement.what->origin, parent.origin);
+        return between_origins(motion::carried_by(ctx, prim, parent.frame, time), placed.origin,
+                               parent.origin);
     };
     // Joints above may carry it, where its own transforms say nothing of that
-    if (must_stay(ctx, *placement.what) || matrix_at(ctx.time.value()) != placement.matrix) {
-        motion::warn_if_it_moves(ctx, instance, parent.frame);
-        return;
+    if (matrix_at(ctx.time.value()) != placed.matrix) {
+        motion::warn_if_it_moves(ctx, prim, parent.frame);
+        return {};
     }
     const auto at_way = [&](double way) {
         return matrix_at(shutter.open + way * (shutter.close - shutter.open));
     };
-    const double reach = reach_of(*placement.what);
     // Whether the matrices between two keys are where straight lines lead
     const auto is_straight = [&](const Mat4d& a, const Mat4d& b, double way, double step) {
         return std::none_of(std::begin(ways_between), std::end(ways_between), [&](double f) {
-            return strays(at_way(way + f * step), between(a, b, f), reach);
+            return strays(at_way(way + f * step), between(a, b, f), placed.reach);
         });
     };
     std::vector<Mat4d> keys;
-    for (size_t segments = fewest_segments({}, instance, parent.frame, shutter);
+    for (size_t segments = fewest_segments({}, prim, parent.frame, shutter);
          segments <= motion::max_segments; segments *= 2) {
         const double step = 1.0 / double(segments);
         keys.clear();
@@ -172,17 +160,94 @@ void read_placement_motion(Context& ctx,
         if (straight == segments) break;
     }
     if (!std::all_of(keys.begin(), keys.end(), fits_floats)) {
-        ctx.warn("unsupported-motion-blur", instance,
-                 "the transform of the instance is not finite while the shutter is open; the "
-                 "instance is rendered without motion blur, at the frame time");
-        return;
+        ctx.warn("unsupported-motion-blur", prim,
+                 fmt::format("the transform of the {} is not finite while the shutter is open; it "
+                             "is rendered without motion blur, at the frame time",
+                             prim.is_instance() ? "instance" : prim.type_name().str()));
+        return {};
     }
-    if (std::all_of(keys.begin(), keys.end(), [&](const Mat4d& m) { return m == keys[0]; })) return;
-    placement.matrix = keys[0];
-    placement.later.assign(keys.begin() + 1, keys.end());
+    if (std::all_of(keys.begin(), keys.end(), [&](const Mat4d& m) { return m == keys[0]; }))
+        return {};
+    return keys;
 }
 
-std::vector<Mat4d> composed_motion(const Placement& inner,
+namespace {
+
+/// The first key, and those after it.
+void take_keys(std::vector<Mat4d>& keys, Mat4d& matrix, std::vector<Mat4d>& later) {
+    if (keys.empty()) return;
+    matrix = keys[0];
+    later.assign(keys.begin() + 1, keys.end());
+}
+
+/// Light and volumes are looked up by inverses.
+bool is_flat_somewhere(Context& ctx, Prim prim, const std::vector<Mat4d>& keys) {
+    if (std::all_of(keys.begin(), keys.end(), keeps_a_surface)) return false;
+    ctx.warn("unsupported-motion-blur", prim,
+             fmt::format("the transform of the {} is singular while the shutter is open; it is "
+                         "rendered without motion blur, at the frame time",
+                         prim.type_name().str()));
+    return true;
+}
+
+}  // namespace
+
+void read_placement_motion(Context& ctx,
+                           Prim instance,
+                           const InstanceSource& parent,
+                           Placement& placement) {
+    if (!ctx.shutter) return;
+    std::vector<Mat4d> keys =
+        read_carried_keys(ctx, instance, parent,
+                          {placement.what->origin, placement.matrix, reach_of(*placement.what)});
+    take_keys(keys, placement.matrix, placement.later);
+}
+
+void read_light_motion(Context& ctx, const InstanceSource& parent, LightSite& site) {
+    if (!ctx.shutter) return;
+    const std::string_view type = site.prim.type_name().view();
+    const bool is_infinite = lights::is_light_type(type) && !lights::has_place(type);
+    // Of what is at infinity only turns count; of geometry that is a light those of its shaping
+    site.reach = is_infinite                   ? 1e18
+                 : lights::is_light_type(type) ? lights::reach_of_light(ctx, site.prim)
+                                               : 1.0;
+    const Vec3d origin(0.0);
+    std::vector<Mat4d> keys =
+        read_carried_keys(ctx, site.prim, parent, {origin, site.matrix, site.reach});
+    if (keys.empty() || is_flat_somewhere(ctx, site.prim, keys)) return;
+    if (is_infinite) {
+        for (Mat4d& key : keys)
+            for (int k = 0; k < 3; ++k) key[3][k] = site.matrix[3][k];
+        if (std::all_of(keys.begin(), keys.end(), [&](const Mat4d& m) { return m == keys[0]; }))
+            return;
+    }
+    take_keys(keys, site.matrix, site.later);
+}
+
+double reach_of(const scene::Volume& volume) {
+    if (volume.extent.isEmpty()) return 1.0;
+    double reach = 0;
+    for (int k = 0; k < 3; ++k)
+        reach = std::max({reach, std::abs(volume.extent.min[k]), std::abs(volume.extent.max[k])});
+    return reach;
+}
+
+void read_volume_motion(Context& ctx,
+                        Prim prim,
+                        const InstanceSource& parent,
+                        scene::Volume& volume) {
+    if (!ctx.shutter) return;
+    const Vec3d origin(0.0);
+    std::vector<Mat4d> keys =
+        read_carried_keys(ctx, prim, parent, {origin, volume.render_from_volume, reach_of(volume)});
+    if (keys.empty()) return;
+    const bool is_flat = std::any_of(keys.begin(), keys.end(),
+                                     [](const Mat4d& m) { return determinant3(m) == 0.0; });
+    if (is_flat || is_flat_somewhere(ctx, prim, keys)) return;
+    take_keys(keys, volume.render_from_volume, volume.later_render_from_volume);
+}
+
+std::vector<Mat4d> composed_motion(const InnerMotion& inner,
                                    const Mat4d& outer,
                                    const std::vector<Mat4d>& outer_later) {
     // Both are powers of two
@@ -195,7 +260,7 @@ std::vector<Mat4d> composed_motion(const Placement& inner,
     const auto is_straight = [&] {
         for (size_t k = 0; k < segments; ++k) {
             const Mat4d straight = between(key(k, segments), key(k + 1, segments), 0.5);
-            if (strays(key(2 * k + 1, 2 * segments), straight, reach_of(*inner.what))) return false;
+            if (strays(key(2 * k + 1, 2 * segments), straight, inner.reach)) return false;
         }
         return true;
     };

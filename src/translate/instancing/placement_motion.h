@@ -9,9 +9,6 @@
 
 namespace velatura::translate::instancing {
 
-/// Whether light would have to be sampled from what moves, or volumes looked up in it.
-bool must_stay(const Context& ctx, InstanceSource& what);
-
 /// How far what is placed reaches from its origin, about.
 double reach_of(InstanceSource& what);
 
@@ -27,16 +24,48 @@ Mat4d between(const Mat4d& a, const Mat4d& b, double f);
 /// those at `times`, and of transforms of the prim and what is above it in `frame`.
 size_t fewest_segments(std::vector<double> times, Prim prim, Prim frame, const Shutter& shutter);
 
-/// Gives the placement of a native instance the keys of its motion while the shutter is open: so
-/// many that matrices between stray from straight lines by less than 2^-11 of what is placed. What
-/// holds lights stays, and is named.
+/// Where a prim is while the shutter is open.
+struct PrimMotion {
+    const Vec3d& origin;  ///< of what is placed
+    const Mat4d& matrix;  ///< from there into the space of the parent, at the frame's instant
+    double reach = 0;     ///< see reach_of()
+};
+
+/// Keys of the motion of a prim that is carried by its transforms and those above it, the first
+/// when the shutter opens: so many that matrices between stray from straight lines by less than
+/// 2^-11 of what is placed. Empty: it stays, or cannot be followed and is named.
+std::vector<Mat4d> read_carried_keys(Context& ctx,
+                                     Prim prim,
+                                     const InstanceSource& parent,
+                                     const PrimMotion& placed);
+
+/// Gives the placement of a native instance the keys of its motion.
 void read_placement_motion(Context& ctx,
                            Prim instance,
                            const InstanceSource& parent,
                            Placement& placement);
 
+/// Gives a light the keys of its motion; of one at infinity only what turns it.
+void read_light_motion(Context& ctx, const InstanceSource& parent, LightSite& site);
+
+/// Gives a volume the keys of its motion.
+void read_volume_motion(Context& ctx,
+                        Prim prim,
+                        const InstanceSource& parent,
+                        scene::Volume& volume);
+
+/// How far a volume reaches from its origin, as far as its extent tells.
+double reach_of(const scene::Volume& volume);
+
+/// Something that stands in something else.
+struct InnerMotion {
+    const Mat4d& matrix;
+    const std::vector<Mat4d>& later;
+    double reach = 0;
+};
+
 /// Keys of something that stands in something else; both may move.
-std::vector<Mat4d> composed_motion(const Placement& inner,
+std::vector<Mat4d> composed_motion(const InnerMotion& inner,
                                    const Mat4d& outer,
                                    const std::vector<Mat4d>& outer_later);
 

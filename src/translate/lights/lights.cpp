@@ -14,6 +14,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <utility>
 
 namespace velatura::translate::lights {
 
@@ -153,8 +154,10 @@ void read_dome(Context& ctx, Prim prim, scene::Light& light) {
     }
     if (prim.type_name() == "DomeLight_1") {
         const std::string pole = read_text(prim.attribute("poleAxis"), "scene", ctx.time);
-        if (pole == "Z" || (pole == "scene" && ctx.stage.up_axis() == "Z"))
+        if (pole == "Z" || (pole == "scene" && ctx.stage.up_axis() == "Z")) {
             light.render_from_light = z_pole() * light.render_from_light;
+            for (Mat4d& key : light.later_render_from_light) key = z_pole() * key;
+        }
     }
     read_portals(ctx, prim, light);
 }
@@ -169,6 +172,20 @@ bool is_light_type(std::string_view type) {
     return light_kind(type).has_value();
 }
 
+bool has_place(std::string_view type) {
+    const std::optional<LightKind> kind = light_kind(type);
+    return kind && *kind != LightKind::Dome && *kind != LightKind::Distant;
+}
+
+double reach_of_light(Context& ctx, Prim prim) {
+    scene::Light light;
+    light.kind = light_kind(prim.type_name().view()).value_or(LightKind::Dome);
+    const Vec3d sizes = read_sizes(ctx, prim, light);
+    return light.kind == LightKind::Cylinder ? std::hypot(sizes.x, 0.5 * sizes.y)
+           : light.kind == LightKind::Rect   ? 0.5 * std::hypot(sizes.x, sizes.y)
+                                             : std::abs(sizes.x);
+}
+
 bool is_any_light(Prim prim) {
     const std::string_view type = prim.type_name().view();
     return is_light_type(type) || type == "GeometryLight" || type == "PortalLight" ||
@@ -178,6 +195,7 @@ bool is_any_light(Prim prim) {
 bool read_light(Context& ctx,
                 const LightSite& site,
                 const Mat4d& render_from_light,
+                std::vector<Mat4d> later,
                 uint32_t place) {
     const Prim prim = site.prim;
     const auto kind = light_kind(prim.type_name().view());
@@ -186,6 +204,7 @@ bool read_light(Context& ctx,
     light.kind = *kind;
     light.name = prim.path_string();
     light.render_from_light = render_from_light;
+    light.later_render_from_light = std::move(later);
     const bool is_area = light.kind != LightKind::Dome && light.kind != LightKind::Distant;
     if (!is_finite(render_from_light) || !keeps_a_surface(render_from_light) ||
         !is_finite(to_float(world_position(render_from_light)))) {

@@ -23,13 +23,18 @@ struct CollectedLights {
 };
 
 bool is_light_type(std::string_view type);
+/// Whether a light of the type is at a place, not at infinity.
+bool has_place(std::string_view type);
+/// How far a light reaches from its origin, in its own space, about.
+double reach_of_light(Context& ctx, Prim prim);
 /// Whether the prim is a light, be it of a kind that is not rendered.
 bool is_any_light(Prim prim);
-/// Light of the prim, appended to Scene::lights and groups. place: where it stands, kept in
-/// CollectedLights. False when it emits nothing.
+/// Light of the prim, appended to Scene::lights and groups. later: keys of its motion, see
+/// scene::Light. place: where it stands, kept in CollectedLights. False when it emits nothing.
 bool read_light(Context& ctx,
                 const LightSite& site,
                 const Mat4d& render_from_light,
+                std::vector<Mat4d> later,
                 uint32_t place);
 
 }  // namespace velatura::translate::lights

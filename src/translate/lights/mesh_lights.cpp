@@ -78,7 +78,8 @@ bool is_geometry_light(Prim prim) {
     return prim.has_api("LightAPI") || prim.has_api("MeshLightAPI");
 }
 
-void make_mesh_light(Context& ctx, Prim prim, const Mat4d& parent_from_light, scene::Shape& shape) {
+void make_mesh_light(Context& ctx, const LightSite& site, scene::Shape& shape) {
+    const Prim prim = site.prim;
     ctx.state<CollectedLights>().has_prim = true;
     scene::MeshLight light;
     light.name = prim.path_string();
@@ -87,10 +88,11 @@ void make_mesh_light(Context& ctx, Prim prim, const Mat4d& parent_from_light, sc
     light.Le = to_float(Le);
     light.is_normalized = read_bool(light_input(ctx, prim, "normalize"), false, ctx.time);
     light.shaping = read_shaping(ctx, prim);
-    light.parent_from_light = parent_from_light;
+    light.parent_from_light = site.matrix;
+    light.later_parent_from_light = site.later;
     light.diffuse_multiplier = float(input_number(ctx, prim, "diffuse", 1.0));
     light.specular_multiplier = float(input_number(ctx, prim, "specular", 1.0));
-    light.filters = read_filters(ctx, {prim, parent_from_light, light.shaping.cone_angle_deg});
+    light.filters = read_filters(ctx, {prim, site.matrix, light.shaping.cone_angle_deg});
     light.links = read_shadow(ctx, prim);
     warn_light_features(ctx, prim);
 

@@ -75,11 +75,10 @@ void warn_if_it_moves(Context& ctx, Prim prim, Prim frame) {
     });
     if (!is_carried && !deforms(ctx, prim, frame, *shutter)) return;
     ctx.note_not_simulated(scene::Effect::TransformBlur, prim, "moves while the shutter is open");
-    ctx.warn(
-        "unsupported-motion-blur", prim,
-        fmt::format("a moving {}{} is rendered without motion blur, at the frame time: lights, "
-                    "volumes and prims bound to a joint that moves their ancestors are not blurred",
-                    prim.type_name().str(), prim.is_instance() ? " as an instance" : ""));
+    ctx.warn("unsupported-motion-blur", prim,
+             fmt::format("a moving {}{} is rendered without motion blur, at the frame time: what a "
+                         "joint carries together with its ancestors, or bends, is not blurred",
+                         prim.type_name().str(), prim.is_instance() ? " as an instance" : ""));
 }
 
 bool changes_shape(Context& ctx, Prim prim, Prim frame) {

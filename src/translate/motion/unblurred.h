@@ -8,7 +8,7 @@ namespace velatura::translate::motion {
 /// Whether a prim that is no mesh changes its shape while the shutter is open.
 bool changes_shape(Context& ctx, Prim prim, Prim frame);
 
-/// Names a prim whose motion is not rendered, be it carried or deformed: a light, or a volume.
+/// Names a prim whose motion is not rendered, be it carried or deformed.
 void warn_if_it_moves(Context& ctx, Prim prim, Prim frame);
 
 /// Names a prim that is no mesh and changes its shape.

@@ -329,7 +329,7 @@ def PointInstancer "P" {
     }
 }
 
-TEST(InstancerMotion, LeavesLightsWhereTheyAre) {
+TEST(InstancerMotion, TakesLightsAlong) {
     const std::string moves =
         "int[] protoIndices = [0, 0]\npoint3f[] positions.timeSamples = { 1: [(0, 0, -9), (2, 0, "
         "-9)], 2: [(4, 0, -9), (2, 0, -9)] }\n";
@@ -338,10 +338,20 @@ TEST(InstancerMotion, LeavesLightsWhereTheyAre) {
                  stage_text(0.5, instancer(moves, "def Xform \"Q\" {\n def SphereLight \"L\" {}\n" +
                                                       quad("R") + "}\n")),
                  t);
-    EXPECT_EQ(t.count("unsupported-motion-blur"), 1u);
+    EXPECT_EQ(t.count("unsupported-motion-blur"), 0u);
     ASSERT_EQ(t.scene.instances.size(), 2u);
-    EXPECT_TRUE(t.scene.instances[0].later_render_from_prototype.empty());
+    EXPECT_EQ(t.scene.instances[0].later_render_from_prototype.size(), 1u);
     EXPECT_EQ(position(key(t.scene.instances[0], 0)), Vec3(0, 0, -9));
+    // Beside the light of the stage
+    ASSERT_EQ(t.scene.lights.size(), 3u);
+    size_t moving = 0;
+    for (const scene::Light& light : t.scene.lights) {
+        if (light.later_render_from_light.empty()) continue;
+        ++moving;
+        EXPECT_EQ(light.render_from_light[3][0], 0);
+        EXPECT_EQ(light.later_render_from_light.back()[3][0], 2);
+    }
+    EXPECT_EQ(moving, 1u);
 }
 
 TEST(InstancerMotion, OutOfReachIsNamed) {

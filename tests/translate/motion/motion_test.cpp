@@ -408,6 +408,92 @@ TEST(Motion, OfACameraFollowsItsCurve) {
     EXPECT_TRUE(still.scene.camera.motion_keys.empty());
 }
 
+TEST(Motion, OfLightsAndVolumesIsFollowed) {
+    const std::string moves =
+        "double3 xformOp:translate.timeSamples = { 1: (0,0,0), 2: (4,0,0) }\nuniform token[] "
+        "xformOpOrder = [\"xformOp:translate\"]\n";
+    const std::string carried = "def Xform \"Cart\" {\n" + moves;
+    const auto of_light = [&](const std::string& text, size_t index = 0) {
+        Translated t;
+        translate_at(1, half_a_frame, text, t);
+        EXPECT_EQ(t.count("unsupported-motion-blur"), 0u) << text;
+        EXPECT_GT(t.scene.lights.size(), index) << text;
+        return index < t.scene.lights.size() ? t.scene.lights[index] : scene::Light();
+    };
+    // By its own transform, by those above it, by an instance, and in an instance
+    const std::string model = "class Xform \"Model\" {\ndef SphereLight \"L\" {}\n}\n";
+    const std::string moving_model =
+        "class Xform \"Model\" {\ndef SphereLight \"L\" {\n" + moves + "}\n}\n";
+    const std::string instance =
+        "def \"A\" (instanceable = true; prepend references = </Model>) {\n";
+    for (const std::string& text :
+         {"def RectLight \"L\" {\n" + moves + "}\n", carried + "def DiskLight \"L\" {}\n}\n",
+          model + instance + moves + "}\n", moving_model + instance + "}\n"}) {
+        const scene::Light light = of_light(text);
+        ASSERT_EQ(light.later_render_from_light.size(), 1u) << text;
+        EXPECT_EQ(light.render_from_light[3][0], 0) << text;
+        EXPECT_EQ(light.later_render_from_light[0][3][0], 2) << text;
+    }
+    // One that moves in what moves
+    const scene::Light both = of_light(moving_model + instance + moves + "}\n");
+    ASSERT_EQ(both.later_render_from_light.size(), 1u);
+    EXPECT_EQ(both.later_render_from_light[0][3][0], 4);
+    // Turns need keys; of what is at infinity nothing else counts
+    const std::string turns =
+        "float xformOp:rotateY.timeSamples = { 1: 0, 2: 90 }\nuniform token[] xformOpOrder = "
+        "[\"xformOp:rotateY\"]\n";
+    EXPECT_TRUE(
+        of_light("def DistantLight \"L\" {\n" + moves + "}\n").later_render_from_light.empty());
+    const scene::Light sun = of_light("def DistantLight \"L\" {\n" + turns + "}\n");
+    const size_t segments = sun.later_render_from_light.size();
+    EXPECT_EQ(segments, 16u);
+    for (size_t k = 1; k <= segments; ++k) {
+        const double angle = double(k) / double(segments) * pi_d / 4;
+        const Mat4d& m = sun.later_render_from_light[k - 1];
+        EXPECT_NEAR((Vec3d(m[2][0], m[2][1], m[2][2]) - Vec3d(std::sin(angle), 0, std::cos(angle)))
+                        .length(),
+                    0, 1e-12);
+    }
+    EXPECT_EQ(of_light("def DomeLight \"L\" {\n" + turns + "}\n").later_render_from_light.size(),
+              16u);
+    EXPECT_TRUE(of_light("def SphereLight \"L\" {}\n").later_render_from_light.empty());
+
+    // Geometry that is light, as other geometry
+    Translated ball, mesh;
+    translate_at(1, half_a_frame,
+                 "def Sphere \"S\" (prepend apiSchemas = [\"LightAPI\"]) {\n" + moves + "}\n",
+                 ball);
+    ASSERT_EQ(ball.scene.instances.size(), 1u);
+    EXPECT_EQ(ball.scene.instances[0].later_render_from_prototype.size(), 1u);
+    ASSERT_EQ(ball.scene.mesh_lights.size(), 1u);
+    EXPECT_EQ(ball.scene.prototypes[0].shapes[0].light, 0u);
+    EXPECT_NE(ball.scene.mesh_lights[0].group, scene::none);
+    translate_at(1, half_a_frame,
+                 "def Mesh \"M\" (prepend apiSchemas = [\"MeshLightAPI\"]) {\n" + moves +
+                     quad("Q").substr(std::string("def Mesh \"Q\" {").size()),
+                 mesh);
+    EXPECT_EQ(mesh.mesh(0).later_points.size(), 1u);
+    ASSERT_EQ(mesh.scene.mesh_lights.size(), 1u);
+    ASSERT_EQ(mesh.scene.mesh_lights[0].later_parent_from_light.size(), 1u);
+    EXPECT_EQ(mesh.scene.mesh_lights[0].later_parent_from_light[0][3][0] -
+                  mesh.scene.mesh_lights[0].parent_from_light[3][0],
+              2);
+    EXPECT_EQ(ball.count("unsupported-motion-blur") + mesh.count("unsupported-motion-blur"), 0u);
+
+    Translated smoke;
+    translate_at(1, half_a_frame,
+                 "def Volume \"V\" {\n" + moves +
+                     "rel field:density = </V/D>\ndef OpenVDBAsset \"D\" { asset filePath = "
+                     "@smoke.vdb@\ntoken fieldName = \"density\"\n}\n}\n",
+                 smoke);
+    ASSERT_EQ(smoke.scene.volumes.size(), 1u);
+    ASSERT_EQ(smoke.scene.volumes[0].later_render_from_volume.size(), 1u);
+    EXPECT_EQ(smoke.scene.volumes[0].later_render_from_volume[0][3][0] -
+                  smoke.scene.volumes[0].render_from_volume[3][0],
+              2);
+    EXPECT_EQ(smoke.count("unsupported-motion-blur"), 0u);
+}
+
 TEST(Motion, ThatIsNotRenderedIsNamed) {
     const std::string moves =
         "double3 xformOp:translate.timeSamples = { 1: (0,0,0), 2: (1,0,0) }\nuniform token[] "
@@ -418,20 +504,11 @@ TEST(Motion, ThatIsNotRenderedIsNamed) {
         std::string shutter, text;
         size_t warnings;
     } cases[] = {
-        {"a ball that is a light", half_a_frame,
-         "def Sphere \"S\" (prepend apiSchemas = [\"LightAPI\"]) {\n" + moves + "}\n", 1},
         {"a ball that grows", half_a_frame,
          "def Sphere \"S\" {\n double radius.timeSamples = { 1: 1, 2: 2 }\n}\n", 1},
-        {"a light", half_a_frame, "def RectLight \"L\" {\n" + moves + "}\n", 1},
-        {"a mesh light", half_a_frame,
-         "def Mesh \"M\" (prepend apiSchemas = [\"MeshLightAPI\"]) {\n" + moves +
-             quad("Q").substr(std::string("def Mesh \"Q\" {").size()),
-         1},
-        {"an instance that holds a light", half_a_frame,
-         "class Xform \"Model\" {\n" + quad("Q") +
-             "def SphereLight \"L\" {}\n}\ndef \"A\" (instanceable = true; prepend references = "
-             "</Model>) {\n" +
-             moves + "}\n",
+        {"a light that is flat in between", half_a_frame,
+         "def RectLight \"L\" {\nfloat3 xformOp:scale.timeSamples = { 1: (1,1,1), 1.25: (0,0,1), "
+         "1.5: (1,1,1) }\nuniform token[] xformOpOrder = [\"xformOp:scale\"]\n}\n",
          1},
         {"a topology that changes", half_a_frame,
          moving_quad("1.4: [(0,0,0),(1,0,0),(1,1,0),(0,1,0),(0,2,0)],"), 1},
