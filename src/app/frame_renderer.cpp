@@ -94,7 +94,22 @@ int FrameRenderer::replay() {
         diagnostics_.warn("caustics", {}, {},
                           "--replay traces the camera path alone; the sample also has caustics by "
                           "light tracing");
-    return replay_sample(renderer_.tracer(), renderer_.layers(), input_.scene, *job_.replay);
+    const integrator::RenderOptions& schedule = job_.settings.schedule;
+    ReplayedSamples what{job_.replay->x, job_.replay->y, schedule.first_sample,
+                         schedule.end_sample};
+    if (const auto sample = job_.replay->sample) {
+        what.first = *sample;
+        what.end = *sample + 1;
+    }
+    const std::vector<std::string>& files = job_.arguments.paths;
+    if (files.empty())
+        return print_paths(renderer_.tracer(), renderer_.layers(), input_.scene, what);
+    PathsFileInfo info{input_.scene_name, input_.frame, job_.settings.tracer.seed, input_.up_axis,
+                       input_.scene.meters_per_unit};
+    const Box3 bounds = renderer_.world().accelerator->bounds();
+    if (!bounds.isEmpty()) info.reach = (Vec3d(bounds.max) - Vec3d(bounds.min)).length();
+    return write_paths(renderer_.tracer(), renderer_.layers(), renderer_.world(), what, info, files,
+                       diagnostics_);
 }
 
 /// Whether paths are guided is known only now. Returns: an exit code.

@@ -160,6 +160,10 @@ int prepare_all(const RenderArguments& arguments, const FrameFunction& use) {
     const std::vector<double> frames =
         asked->empty() ? std::vector<double>{loaded->stage.start_time_code()} : *asked;
 
+    if (frames.size() > 1 && !arguments.paths.empty())
+        return fail({"usage", "--paths writes the paths of one frame; name it with --frames"},
+                    UsageError);
+
     int worst = Done;
     // One file, or one sample, is of one view
     const bool has_one_view = !arguments.output.empty() || !arguments.replay.empty();
@@ -228,6 +232,7 @@ Result<PreparedFrame> prepare_frame(const RenderJob& job,
     for (const std::string& other : names.others)
         input.other_outputs.push_back(file_of_frame(other, frame, has_many));
     input.stats_file = file_of_frame(beside(job.arguments.stats, names.suffix), frame, has_many);
+    input.up_axis = loaded.stage.up_axis();
     input.scene_name = std::filesystem::path(job.arguments.scene).filename().string();
     input.content_hash = loaded.content_hash;
     input.layer_names = loaded.layer_names;

@@ -344,9 +344,17 @@ void declare_report_options(Command report, RenderArguments& a) {
         .synonym("color", "fallback")
         .synonym("colour", "fallback")
         .former_name("--texture-failure");
-    report.add_option("--replay", a.replay, "Trace sample S of pixel X,Y alone and print its path")
-        .type_name("X,Y,S")
+    report
+        .add_option("--replay", a.replay,
+                    "Trace sample S of pixel X,Y alone, or all its samples, and print their paths")
+        .type_name("X,Y[,S]")
         .not_empty();
+    report
+        .add_option("--paths", a.paths,
+                    "With --replay: write the light paths to a file, .json, or .usda for viewers")
+        .type_name("FILE")
+        .not_empty()
+        .writes();
 }
 
 void declare_machine_options(Command machine, RenderArguments& a) {

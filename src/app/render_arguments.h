@@ -90,7 +90,8 @@ struct RenderArguments {
     bool strict = false;
     bool requires_assets = false;
     std::string missing_textures = "fallback";
-    std::string replay;  ///< x,y,s
+    std::string replay;  ///< x,y or x,y,s
+    std::vector<std::string> paths;
     std::vector<std::string> purposes;
     std::string material_purpose;
     std::string working_space;  ///< empty: that of the render settings

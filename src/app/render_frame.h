@@ -27,6 +27,7 @@ struct FrameInput {
     std::vector<std::string> layer_files;           ///< where they are
     std::vector<layers::LightValues> light_values;  ///< of the light prims
     double frame = 0;
+    std::string up_axis = "Y";  ///< of the stage
     double open_s = 0, translate_s = 0;
 };
 

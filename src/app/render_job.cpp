@@ -312,16 +312,19 @@ Result<void> parse_into(double& value,
     return {};
 }
 
-Result<std::array<uint64_t, 3>> parse_replay(const std::string& text) {
+Result<RenderJob::Replay> parse_replay(const std::string& text) {
     const std::vector<std::string> parts = split(text, ',');
-    std::array<uint64_t, 3> out{};
-    bool is_good = parts.size() == 3;
-    for (size_t i = 0; is_good && i < 3; ++i) {
+    std::array<uint64_t, 3> numbers{};
+    bool is_good = parts.size() == 2 || parts.size() == 3;
+    for (size_t i = 0; is_good && i < parts.size(); ++i) {
         const char* end = parts[i].data() + parts[i].size();
-        const auto parsed = std::from_chars(parts[i].data(), end, out[i]);
+        const auto parsed = std::from_chars(parts[i].data(), end, numbers[i]);
         is_good = parsed.ec == std::errc() && parsed.ptr == end;
     }
-    if (!is_good) return usage(fmt::format("--replay: expected X,Y,SAMPLE, found \"{}\"", text));
+    if (!is_good)
+        return usage(fmt::format("--replay: expected X,Y or X,Y,SAMPLE, found \"{}\"", text));
+    RenderJob::Replay out{numbers[0], numbers[1], std::nullopt};
+    if (parts.size() == 3) out.sample = numbers[2];
     return out;
 }
 
@@ -357,7 +360,12 @@ Result<void> check_combinations(const RenderArguments& a) {
         return usage("--cryptomatte-levels needs --cryptomatte");
     if (!a.matte_through.empty() && a.cryptomatte.empty())
         return usage("--cryptomatte-through needs --cryptomatte");
-    if (!a.replay.empty() && a.resume) return usage("--replay traces one sample; remove --resume");
+    if (!a.replay.empty() && a.resume) return usage("--replay traces one pixel; remove --resume");
+    if (!a.paths.empty() && a.replay.empty()) return usage("--paths needs --replay X,Y");
+    for (const std::string& path : a.paths)
+        if (!path.ends_with(".json") && !path.ends_with(".usda"))
+            return usage(fmt::format(
+                "--paths: expected a name ending in .json or .usda, found \"{}\"", path));
     if (!a.rates_from.empty() && a.samples.empty()) return usage("--rates-from needs --samples");
     if (!a.rates_from.empty() && a.adaptive == "off")
         return usage("--rates-from and --adaptive off cannot be combined: all rates are 1");
@@ -480,10 +488,12 @@ Result<RenderJob> make_render_job(const RenderArguments& a) {
     if (!progress) return usage(progress.error().message);
     job.progress = *progress;
     if (!a.replay.empty()) {
-        if (!a.display.empty()) return usage("--replay traces one sample; remove --display");
+        if (!a.display.empty()) return usage("--replay traces one pixel; remove --display");
         const auto replay = parse_replay(a.replay);
         if (!replay) return replay.error();
         job.replay = *replay;
+        if (!replay->sample && settings.schedule.is_open_ended)
+            return usage("--replay X,Y traces all samples of a pixel: say how many with --spp");
     }
     return job;
 }

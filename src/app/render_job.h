@@ -28,8 +28,15 @@ struct RenderJob {
     layers::Layout layout = layers::Layout::MultiPart;
     image::Compression compression = image::Compression::Zip;
     ProgressStyle progress = ProgressStyle::Bar;
-    std::optional<std::array<uint64_t, 3>> replay;  ///< x, y, sample
-    std::optional<display::Address> display;        ///< of a viewer
+
+    /// A pixel whose samples are traced again, instead of a render.
+    struct Replay {
+        uint64_t x = 0, y = 0;
+        std::optional<uint64_t> sample;  ///< nothing: all
+    };
+
+    std::optional<Replay> replay;
+    std::optional<display::Address> display;  ///< of a viewer
     std::vector<std::string> display_layers;
 };
 

@@ -16,8 +16,8 @@ image::Window traced_window(const RenderJob& job, const FrameInput& input) {
     if (!job.replay) return data_window(input.scene.settings, job.arguments.crop);
     // A pixel outside of the image is refused later
     const scene::RenderSettings& s = input.scene.settings;
-    const int x = int(std::min((*job.replay)[0], uint64_t(s.width - 1))),
-              y = int(std::min((*job.replay)[1], uint64_t(s.height - 1)));
+    const int x = int(std::min(job.replay->x, uint64_t(s.width - 1))),
+              y = int(std::min(job.replay->y, uint64_t(s.height - 1)));
     return {x, y, x + 1, y + 1};
 }
 

@@ -3,6 +3,7 @@
 
 #include "accumulate/pixel_means.h"
 #include "app/exit_codes.h"
+#include "base/atomic_file.h"
 
 #include <fmt/format.h>
 
@@ -58,26 +59,73 @@ class PathPrinter : public integrator::PathObserver {
 
 }  // namespace
 
-int replay_sample(const integrator::PathTracer& tracer,
-                  const film::LayerSet& layers,
-                  const scene::Scene& scene,
-                  const std::array<uint64_t, 3>& at) {
-    if (at[0] >= uint64_t(scene.settings.width) || at[1] >= uint64_t(scene.settings.height)) {
-        fmt::print(stderr,
-                   "error: --replay: pixel ({}, {}) is outside the image of {} x {} [usage]\n",
-                   at[0], at[1], scene.settings.width, scene.settings.height);
-        return UsageError;
-    }
+namespace {
+
+/// False, with a message: outside of the image.
+bool is_in_image(const scene::Scene& scene, const ReplayedSamples& what) {
+    if (what.x < uint64_t(scene.settings.width) && what.y < uint64_t(scene.settings.height))
+        return true;
+    fmt::print(stderr, "error: --replay: pixel ({}, {}) is outside the image of {} x {} [usage]\n",
+               what.x, what.y, scene.settings.width, scene.settings.height);
+    return false;
+}
+
+}  // namespace
+
+int print_paths(const integrator::PathTracer& tracer,
+                const film::LayerSet& layers,
+                const scene::Scene& scene,
+                const ReplayedSamples& what) {
+    if (!is_in_image(scene, what)) return UsageError;
     film::SampleRadiance radiance(layers);
-    radiance.clear();
-    integrator::RayCounts counts;
     PathPrinter printer(scene);
-    tracer.trace(int(at[0]), int(at[1]), at[2], radiance, counts, &printer);
-    const Rgb L = radiance.radiance();
-    fmt::print(
-        "pixel ({}, {}) sample {}: radiance ({:.9g}, {:.9g}, {:.9g}), weight {:.6g}, {} rays{}\n",
-        at[0], at[1], at[2], L.x, L.y, L.z, radiance.weight, counts.total(),
-        radiance.is_bad() ? fmt::format(", skipped: {}", to_string(radiance.bad_reason())) : "");
+    for (uint64_t s = what.first; s < what.end; ++s) {
+        radiance.clear();
+        integrator::RayCounts counts;
+        tracer.trace(int(what.x), int(what.y), s, radiance, counts, &printer);
+        const Rgb L = radiance.radiance();
+        fmt::print(
+            "pixel ({}, {}) sample {}: radiance ({:.9g}, {:.9g}, {:.9g}), weight {:.6g}, {} "
+            "rays{}\n",
+            what.x, what.y, s, L.x, L.y, L.z, radiance.weight, counts.total(),
+            radiance.is_bad() ? fmt::format(", skipped: {}", to_string(radiance.bad_reason()))
+                              : "");
+    }
+    return Done;
+}
+
+int write_paths(const integrator::PathTracer& tracer,
+                const film::LayerSet& layers,
+                const integrator::World& world,
+                const ReplayedSamples& what,
+                const PathsFileInfo& info,
+                const std::vector<std::string>& files,
+                Diagnostics& diagnostics) {
+    if (!is_in_image(world.scene, what)) return UsageError;
+    PixelPaths pixel;
+    pixel.x = int(what.x);
+    pixel.y = int(what.y);
+    pixel.first = what.first;
+    pixel.end = what.end;
+    const PixelPaths paths = trace_pixel_paths(tracer, layers, world, pixel);
+    size_t vertices = 0, found = 0;
+    for (const SamplePaths& sample : paths.samples) {
+        vertices += sample.vertices.size();
+        found += sample.lights.size();
+    }
+    fmt::print("pixel ({}, {}), samples {} to {}: beauty ({:.9g}, {:.9g}, {:.9g})\n", what.x,
+               what.y, what.first, what.end - 1, paths.value.x, paths.value.y, paths.value.z);
+    for (const std::string& file : files) {
+        const bool is_json = file.ends_with(".json");
+        const Result<void> written = write_file_atomically(
+            file, is_json ? paths_as_json(paths, info) : paths_as_usda(paths, info));
+        if (!written) {
+            diagnostics.error(written.error().code, {}, {}, written.error().message);
+            return RenderError;
+        }
+        fmt::print("{}: {} paths, {} vertices, {} lights found\n", file, paths.samples.size(),
+                   vertices, found);
+    }
     return Done;
 }
 

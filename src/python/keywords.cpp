@@ -26,6 +26,7 @@ constexpr std::array command_only = {
     CommandOnly{"quiet", "nothing is printed"},
     CommandOnly{"verbose", "nothing is printed; read `diagnostics`"},
     CommandOnly{"replay", "it prints the path of a sample"},
+    CommandOnly{"paths", "it writes the paths of a pixel"},
     CommandOnly{"memory-limit", "it limits a whole process; start `velatura render` instead"},
 };
 

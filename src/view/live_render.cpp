@@ -21,6 +21,7 @@ Result<void> check_live_arguments(const app::RenderArguments& a) {
                                                    {"--for-mix", !a.for_mix.empty()},
                                                    {"--samples", !a.samples.empty()},
                                                    {"--replay", !a.replay.empty()},
+                                                   {"--paths", !a.paths.empty()},
                                                    {"--stats", !a.stats.empty()},
                                                    {"--display", !a.display.empty()},
                                                    {"--deep", a.deep},

@@ -68,6 +68,8 @@ TEST(Typing, NoCommandWritesOverWhatItReads) {
             {"--for-mix", "--stats", {command, "x", "--for-mix", "IN", "--stats", "IN"}});
         rows.push_back(
             {"--rates-from", "--output", {command, "x", "--rates-from", "IN", "-o", "IN"}});
+        rows.push_back(
+            {"--session", "--paths", {command, "x", "--session", "IN", "--paths", "IN"}});
     }
     expect_inputs_guarded(line, rows, testing::TempDir() + "app_inputs");
 }

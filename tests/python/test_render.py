@@ -145,7 +145,7 @@ WITH = {"cryptomatte_levels": {"cryptomatte": "object"}, "cryptomatte_through": 
 def test_every_option_of_the_command_is_known(command):
     text = command("velatura", "render", "--help-all")
     options = {name.replace("-", "_") + "_" * keyword.iskeyword(name) for name in re.findall(r"^ +(?:-\w, )?--([\w-]+)", text, re.MULTILINE)}
-    commands_alone = {"help", "help_all", "progress", "quiet", "verbose", "replay", "memory_limit", "overwrite_input"}
+    commands_alone = {"help", "help_all", "progress", "quiet", "verbose", "replay", "paths", "memory_limit", "overwrite_input"}
     assert set(velatura.render_options()) == options - commands_alone
     assert set(VALUES) == set(velatura.render_options())
 

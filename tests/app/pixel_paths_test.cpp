@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: Apache-2.0
+// Light paths of a pixel: what is written adds up to the pixel of a render, bit for bit.
+#include "command.h"
+#include "image/exr.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <string>
+#include <vector>
+
+namespace velatura::test {
+
+namespace {
+
+using nlohmann::json;
+
+/// Red, green, blue in double, as sums are kept.
+using Sum = std::array<double, 3>;
+
+Sum operator+(const Sum& a, const Sum& b) {
+    return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+}
+
+/// Pairs of samples, pairs of pairs … (docs/engineering/numerics.md), written anew. samples: of an
+/// aligned block of a power of two.
+Sum dyadic(const std::vector<Sum>& samples, size_t begin, size_t end) {
+    if (end - begin == 1) return samples[begin];
+    const size_t middle = (begin + end) / 2;
+    return dyadic(samples, begin, middle) + dyadic(samples, middle, end);
+}
+
+/// Of samples from 0 on: the largest blocks, one after the other.
+Sum total(const std::vector<Sum>& samples) {
+    Sum sum{};
+    for (size_t begin = 0; begin < samples.size();) {
+        size_t size = 1;
+        while (begin % (2 * size) == 0 && begin + 2 * size <= samples.size()) size *= 2;
+        sum = begin == 0 ? dyadic(samples, begin, begin + size)
+                         : sum + dyadic(samples, begin, begin + size);
+        begin += size;
+    }
+    return sum;
+}
+
+/// What the contributions of a file add up to, by layer; "" is the beauty.
+std::map<std::string, std::vector<Sum>> sums_of(const json& paths) {
+    std::map<std::string, std::vector<Sum>> sums;
+    const size_t count = paths.at("paths").size();
+    sums[""].resize(count);
+    for (size_t s = 0; s < count; ++s) {
+        for (const json& light : paths.at("paths")[s].at("lights")) {
+            const auto c = light.at("contribution").get<std::array<float, 3>>();
+            const auto add = [&](const std::string& layer, const Sum& share) {
+                std::vector<Sum>& rows = sums[layer];
+                rows.resize(count);
+                rows[s] = rows[s] + Sum{double(c[0]) * share[0], double(c[1]) * share[1],
+                                        double(c[2]) * share[2]};
+            };
+            add("", {1, 1, 1});
+            for (const auto& [layer, share] : light.at("layers").items())
+                add(layer, share.get<Sum>());
+        }
+    }
+    return sums;
+}
+
+class PixelPaths : public testing::Test {
+  protected:
+    /// Renders, and traces pixels again; every sum is the pixel's.
+    void expect_sums(const std::string& scene, const std::string& options, int spp) {
+        const std::string how = fmt::format(
+            "render {} --res 32 24 --filter box --float-layers --spp {} {} --progress none ", scene,
+            spp, options);
+        ASSERT_EQ(w.velatura(how + "-q -o x.exr").exit_code, 0);
+        const Result<image::Image> image = image::read_exr(w.path("x.exr"));
+        ASSERT_TRUE(image);
+        size_t layers = 0, found = 0;
+        for (const auto& [x, y] : {std::pair(16, 12), std::pair(5, 20), std::pair(27, 3)}) {
+            const CommandResult r =
+                w.velatura(how + fmt::format("--replay {},{} --paths p.json --paths p.usda", x, y));
+            ASSERT_EQ(r.exit_code, 0) << r.output;
+            const json paths = json::parse(std::ifstream(w.path("p.json")));
+            ASSERT_EQ(paths.at("paths").size(), size_t(spp));
+            const size_t at = size_t(y) * 32 + size_t(x);
+            const auto value = paths.at("value").get<std::array<float, 3>>();
+            for (const auto& [layer, samples] : sums_of(paths)) {
+                const Sum sum = total(samples);
+                for (int c = 0; c < 3; ++c) {
+                    const std::string name =
+                        (layer.empty() ? std::string() : layer + ".") + "RGB"[c];
+                    const image::Channel* channel = image->find(name);
+                    if (!channel) continue;
+                    ++layers;
+                    const auto expected = float(sum[size_t(c)] / spp);
+                    if (layer.empty()) {
+                        // Of the file, which is the sum of its layers as they are stored
+                        EXPECT_EQ(value[size_t(c)], channel->value(at)) << name;
+                        EXPECT_NEAR(expected, channel->value(at), 1e-6f * expected);
+                        continue;
+                    }
+                    EXPECT_EQ(channel->value(at), expected) << name << " " << x << " " << y;
+                }
+            }
+            for (const json& path : paths.at("paths")) found += path.at("lights").size();
+        }
+        EXPECT_GT(layers, 9u);
+        EXPECT_GT(found, size_t(spp));
+    }
+
+    Workplace w;
+};
+
+}  // namespace
+
+TEST_F(PixelPaths, AddUpToThePixelBitForBit) {
+    w.write("s.usda", small_scene());
+    expect_sums("s.usda", "", 16);
+    expect_sums("s.usda", "--layers bounce,light,matrix,lobe", 12);
+    expect_sums("'" VELATURA_SOURCE_DIR "/scenes/transport/glass.usda'",
+                "--splitting off --caustics path", 8);
+}
+
+TEST_F(PixelPaths, SayWhereAndHowLightWasFound) {
+    w.write("s.usda", R"(#usda 1.0
+(
+    metersPerUnit = 1
+    upAxis = "Z"
+)
+def Camera "Cam"
+{
+    float focalLength = 20
+    double3 xformOp:translate = (100, 200, 310)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+def Mesh "Floor"
+{
+    int[] faceVertexCounts = [4]
+    int[] faceVertexIndices = [0, 1, 2, 3]
+    point3f[] points = [(90, 190, 300), (110, 190, 300), (110, 210, 300), (90, 210, 300)]
+    uniform token subdivisionScheme = "none"
+}
+def SphereLight "Lamp"
+{
+    float inputs:radius = 0.5
+    double3 xformOp:translate = (100, 200, 305)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+)");
+    const std::string how = "render s.usda --res 8 8 --spp 4 --layers matrix ";
+    ASSERT_EQ(w.velatura(how + "--replay 2,3 --paths p.json --paths p.usda").exit_code, 0);
+    const json paths = json::parse(std::ifstream(w.path("p.json")));
+    EXPECT_EQ(paths.at("pixel"), json({2, 3}));
+    size_t sampled = 0;
+    for (const json& path : paths.at("paths")) {
+        // Rays begin at the near plane
+        const auto origin = path.at("camera").at("position").get<std::array<double, 3>>();
+        const auto d = path.at("camera").at("direction").get<std::array<double, 3>>();
+        const double way = (origin[2] - 310.0) / d[2];
+        EXPECT_NEAR(origin[2], 309.0, 1e-4);
+        EXPECT_NEAR(origin[0] - way * d[0], 100.0, 1e-4);
+        EXPECT_NEAR(origin[1] - way * d[1], 200.0, 1e-4);
+        const json& first = path.at("vertices").at(0);
+        EXPECT_EQ(first.at("prim"), "/Floor");
+        EXPECT_EQ(first.at("from"), -1);
+        EXPECT_NEAR(first.at("position")[2].get<double>(), 300.0, 1e-4);
+        EXPECT_EQ(first.at("throughput"), json({1.0, 1.0, 1.0}));
+        for (const json& light : path.at("lights")) {
+            if (light.at("found") != "light sampled") continue;
+            ++sampled;
+            EXPECT_EQ(light.at("light"), "/Lamp");
+            EXPECT_EQ(light.at("vertex"), 0);
+            EXPECT_EQ(light.at("layers"), json({{"b1_Lamp", {1.0, 1.0, 1.0}}}));
+            // On the ball, and weighed as the two densities say
+            double distance2 = 0;
+            for (size_t k = 0; k < 3; ++k) {
+                const double middle[] = {100, 200, 305};
+                const double off = light.at("position")[k].get<double>() - middle[k];
+                distance2 += off * off;
+            }
+            EXPECT_NEAR(distance2, 0.25, 1e-4);
+            const double a = light.at("light_pdf"), b = light.at("scatter_pdf");
+            EXPECT_NEAR(light.at("mis_weight").get<double>(), a * a / (a * a + b * b), 1e-5);
+            EXPECT_EQ(light.at("unshadowed"), light.at("contribution"));
+        }
+    }
+    EXPECT_EQ(sampled, 4u);
+
+    // A layer that any reader opens, with a curve for every path
+    const CommandResult flat = w.velatura("flatten p.usda -o flat.usda");
+    EXPECT_EQ(flat.exit_code, 0) << flat.output;
+    std::ifstream file(w.path("flat.usda"));
+    const std::string text((std::istreambuf_iterator<char>(file)), {});
+    EXPECT_NE(text.find("upAxis = \"Z\""), std::string::npos) << text.substr(0, 400);
+    EXPECT_NE(text.find("def BasisCurves \"Paths\""), std::string::npos);
+    EXPECT_NE(text.find("def BasisCurves \"Lights\""), std::string::npos);
+    std::smatch counts;
+    ASSERT_TRUE(std::regex_search(text, counts, std::regex("curveVertexCounts = \\[([^\\]]*)\\]")));
+    const std::string list = counts.str(1);
+    EXPECT_EQ(std::count(list.begin(), list.end(), ','), 3) << list;
+    EXPECT_NE(w.velatura("info p.usda").output.find("2 BasisCurves"), std::string::npos);
+}
+
+TEST_F(PixelPaths, RefuseWhatTheyCannotDo) {
+    w.write("s.usda", small_scene());
+    for (const char* arguments :
+         {"--paths p.json", "--replay 1,1 --paths p.exr",
+
+          "--replay 40,1 --paths p.json --res 32 24", "--replay 1,1 --paths p.json -f 1,2"}) {
+        const CommandResult r =
+            w.velatura(std::string("render s.usda --res 32 24 --spp 1 ") + arguments);
+        EXPECT_EQ(r.exit_code, 2) << arguments << "\n" << r.output;
+    }
+    EXPECT_EQ(w.velatura("render s.usda --replay 1,1 --paths p.json --time 1s").exit_code, 2);
+    EXPECT_FALSE(w.exists("p.json"));
+    // One sample, and one that is not in a file
+    EXPECT_EQ(w.velatura("render s.usda --res 32 24 --replay 1,1,7 --paths p.json").exit_code, 0);
+    const json one = json::parse(std::ifstream(w.path("p.json")));
+    EXPECT_EQ(one.at("samples"), json({7, 8}));
+    const CommandResult said = w.velatura("render s.usda --res 32 24 --spp 2 --replay 1,1");
+    EXPECT_NE(said.output.find("pixel (1, 1) sample 1: radiance"), std::string::npos);
+}
+
+}  // namespace velatura::test
