@@ -12,8 +12,12 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <map>
 #include <optional>
+#include <utility>
 #include <vector>
 
 namespace velatura::compositor::inspect {
@@ -324,6 +328,62 @@ std::string info_json(const LayerStack& stack) {
         j["layers"].push_back(std::move(l));
     }
     return j.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+namespace {
+
+/// Share of the image that each name of a Cryptomatte covers, of the largest first.
+std::vector<std::pair<std::string, double>> shares_of(const image::Image& image,
+                                                      const layers::Cryptomatte& matte) {
+    std::map<uint32_t, double> covered;
+    size_t pixels = 0;
+    if (const auto ranks = layers::matte_ranks(image, matte.layer)) {
+        for (const layers::MatteRank& rank : *ranks) {
+            pixels = rank.ids->size();
+            for (size_t i = 0; i < pixels; ++i)
+                if (const float id = (*rank.ids)[i]; id != 0.0f && (*rank.coverage)[i] > 0.0f)
+                    covered[std::bit_cast<uint32_t>(id)] += double((*rank.coverage)[i]);
+        }
+    }
+    std::vector<std::pair<std::string, double>> shares;
+    for (const layers::MatteName& name : matte.names) {
+        const auto at = covered.find(name.id);
+        shares.emplace_back(name.name, at == covered.end() ? 0.0 : at->second / double(pixels));
+    }
+    std::stable_sort(shares.begin(), shares.end(),
+                     [](const auto& a, const auto& b) { return a.second > b.second; });
+    return shares;
+}
+
+}  // namespace
+
+std::string mattes_info_text(const image::Image& image, const std::string& path) {
+    const int width = image.data.width(), height = image.data.height();
+    std::string text =
+        fmt::format("{}: {} x {} pixels, Cryptomattes without light\n", path, width, height);
+    for (const layers::Cryptomatte& m : layers::cryptomattes_of(image, path)) {
+        text += fmt::format("matte      {} {} names\n", m.layer, m.names.size());
+        if (!m.fault.empty()) text += fmt::format("  warning  its manifest: {}\n", m.fault);
+        for (const auto& [name, share] : shares_of(image, m))
+            text += fmt::format("  {:6.2f} %  {}\n", 100 * share, name);
+    }
+    return text;
+}
+
+std::string mattes_info_json(const image::Image& image, const std::string& path) {
+    const int width = image.data.width(), height = image.data.height();
+    Json j = {{"schema", "velatura.info.mattes/1"},
+              {"file", path},
+              {"size", {width, height}},
+              {"hash", image::digest_of(image)}};
+    j["mattes"] = Json::array();
+    for (const layers::Cryptomatte& m : layers::cryptomattes_of(image, path)) {
+        Json matte = {{"name", m.layer}, {"fault", m.fault}};
+        matte["covered"] = Json::object();
+        for (const auto& [name, share] : shares_of(image, m)) matte["covered"][name] = share;
+        j["mattes"].push_back(std::move(matte));
+    }
+    return j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace velatura::compositor::inspect

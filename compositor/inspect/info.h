@@ -14,4 +14,11 @@ std::string info_text(const LayerStack& stack);
 /// The same as JSON (`velatura.info/1`).
 std::string info_json(const LayerStack& stack);
 
+/// Of a file without light that has Cryptomattes: its objects, and how much of the image each
+/// covers. path: that of the image, for manifests beside it.
+std::string mattes_info_text(const image::Image& image, const std::string& path);
+
+/// The same as JSON.
+std::string mattes_info_json(const image::Image& image, const std::string& path);
+
 }  // namespace velatura::compositor::inspect

@@ -5,6 +5,7 @@
 #include "image/exr.h"
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <stdexcept>
 #include <string>
@@ -134,6 +135,36 @@ TEST_F(JoinedMattes, AreThoseOfBothScenesTogether) {
     ASSERT_EQ(w.comp("mattes set.exr hero.exr -o hidden.exr").exit_code, 0);
     expect_same(CryptomatteDecoder(read("hidden.exr"), "CryptoObject"),
                 CryptomatteDecoder(read("set.exr"), "CryptoObject"), "behind the wall");
+}
+
+// What `info` says of a file without light: the mean coverage of every object.
+TEST_F(JoinedMattes, AreSummarizedByInfo) {
+    render(hero, "hero");
+    render(set, "set");
+    ASSERT_EQ(w.comp("mattes hero.exr set.exr -o joined.exr").exit_code, 0);
+    const CommandResult said = w.comp("info joined.exr"), j = w.comp("info joined.exr --json");
+    ASSERT_EQ(said.exit_code, 0) << said.output;
+    ASSERT_EQ(j.exit_code, 0) << j.output;
+    const nlohmann::json info = nlohmann::json::parse(j.output);
+    EXPECT_EQ(info.at("size"), nlohmann::json({40, 40}));
+    EXPECT_EQ(info.at("hash"), w.hash("joined.exr"));
+    ASSERT_EQ(info.at("mattes").size(), 3u);
+    const image::Image joined = read("joined.exr");
+    size_t objects = 0;
+    for (const nlohmann::json& matte : info.at("mattes")) {
+        const CryptomatteDecoder decoder(joined, matte.at("name").get<std::string>());
+        ASSERT_EQ(matte.at("covered").size(), decoder.manifest.size());
+        for (const auto& [name, share] : matte.at("covered").items()) {
+            double sum = 0;
+            for (const float coverage : decoder.matte(name)) sum += double(coverage);
+            EXPECT_NEAR(share.get<double>(), sum / 1600, 1e-9) << name;
+            EXPECT_NE(said.output.find(name), std::string::npos);
+            objects += sum > 0 ? 1 : 0;
+        }
+    }
+    EXPECT_GT(objects, 5u);
+    // A picture that is neither
+    EXPECT_EQ(w.comp("info hero.usda").exit_code, 1);
 }
 
 TEST_F(JoinedMattes, RefuseWhatIsNoImageOfBoth) {
