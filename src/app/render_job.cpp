@@ -493,7 +493,8 @@ Result<RenderJob> make_render_job(const RenderArguments& a) {
         if (!replay) return replay.error();
         job.replay = *replay;
         if (!replay->sample && settings.schedule.is_open_ended)
-            return usage("--replay X,Y traces all samples of a pixel: say how many with --spp");
+            return usage(
+                "--replay X,Y traces all samples of a pixel: give their number with --spp");
     }
     return job;
 }
