@@ -109,6 +109,18 @@ std::vector<uint32_t> edge_rates(const scene::Mesh& mesh,
     return rates;
 }
 
+uint64_t estimated_triangles(scene::SubdivisionScheme scheme,
+                             std::span<const uint32_t> edges,
+                             std::span<const uint32_t> rates) {
+    const auto rate = [&](size_t i) { return uint64_t(rates[edges[i]]); };
+    const size_t count = edges.size();
+    uint64_t max = 0;
+    for (size_t i = 0; i < count; ++i) max = std::max(max, rate(i));
+    if (scheme == scene::SubdivisionScheme::Loop) return max * max;
+    if (count == 4) return (rate(0) + rate(2)) * (rate(1) + rate(3)) / 2;
+    return std::max<uint64_t>(count * max * max / 2, count - 2);
+}
+
 uint64_t estimated_triangles(const scene::Mesh& mesh,
                              const LimitSurface& surface,
                              std::span<const uint32_t> rates) {
@@ -117,17 +129,8 @@ uint64_t estimated_triangles(const scene::Mesh& mesh,
     size_t first = 0;
     for (size_t f = 0; f < mesh.face_vertex_counts.size(); ++f) {
         const size_t count = mesh.face_vertex_counts[f];
-        const auto rate = [&](size_t i) { return uint64_t(rates[edges[first + i]]); };
-        uint64_t max = 0;
-        for (size_t i = 0; i < count; ++i) max = std::max(max, rate(i));
-        uint64_t triangles = 0;
-        if (mesh.subdivision == scene::SubdivisionScheme::Loop)
-            triangles = max * max;
-        else if (count == 4)
-            triangles = (rate(0) + rate(2)) * (rate(1) + rate(3)) / 2;
-        else
-            triangles = std::max<uint64_t>(count * max * max / 2, count - 2);
-        if (surface.has_face()[f]) total += triangles;
+        if (surface.has_face()[f])
+            total += estimated_triangles(mesh.subdivision, edges.subspan(first, count), rates);
         first += count;
     }
     return total;

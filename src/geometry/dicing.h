@@ -61,7 +61,12 @@ std::vector<uint32_t> edge_rates(const scene::Mesh& mesh,
                                  double rate,
                                  uint32_t max = max_pieces);
 
-/// About how many triangles LimitSurface::dice makes of these rates.
+/// About how many triangles LimitSurface::dice makes of a face with these edges. rates: [edge].
+uint64_t estimated_triangles(scene::SubdivisionScheme scheme,
+                             std::span<const uint32_t> edges,
+                             std::span<const uint32_t> rates);
+
+/// About how many triangles it makes of all faces.
 uint64_t estimated_triangles(const scene::Mesh& mesh,
                              const LimitSurface& surface,
                              std::span<const uint32_t> rates);

@@ -3,6 +3,7 @@
 
 #include "base/box.h"
 #include "base/tasks.h"
+#include "geometry/flat_faces.h"
 #include "geometry/shape_list.h"
 #include "geometry/tessellate.h"
 
@@ -26,6 +27,7 @@ struct Job {
     std::optional<Mat4d> render_from_shape;  ///< nothing: stands nowhere
     std::unique_ptr<LimitSurface> surface;
     std::vector<uint32_t> rates;
+    std::optional<std::vector<uint8_t>> is_flat;  ///< [face], see flat_faces.h; not yet known
     std::string error;
     bool is_refined = false, is_displaced = false;
 };
@@ -113,11 +115,17 @@ uint64_t set_rates(std::vector<Job>& jobs,
     parallel_for(jobs.size(), [&](size_t i) {
         Job& job = jobs[i];
         if (!job.surface) return;
-        if (level || !job.render_from_shape)
+        if (level || !job.render_from_shape) {
             job.rates.assign(job.surface->edge_count(), 1u << (level ? *level : 0));
-        else
+        } else {
             job.rates = edge_rates(*job.mesh, *job.surface, view, *job.render_from_shape,
                                    job.listed.is_light ? rate * light_factor : rate, max);
+            // What displacement moves is flat no more
+            if (!job.is_flat)
+                job.is_flat = job.is_displaced ? std::vector<uint8_t>()
+                                               : flat_faces(*job.mesh, *job.surface, job.rates);
+            spare_flat_edges(*job.mesh, *job.surface, *job.is_flat, job.rates);
+        }
         triangles[i] = estimated_triangles(*job.mesh, *job.surface, job.rates);
     });
     uint64_t total = 0;
