@@ -219,6 +219,37 @@ TEST(MaterialX, PlainStandardSurfaceIsAPreviewSurface) {
                  "0.35\nfloat inputs:ior = 1.6"));
 }
 
+// What glTF and OpenPBR can both say is one image
+TEST(MaterialX, GltfIsOpenPbrInOtherWords) {
+    const struct {
+        std::string gltf, open_pbr;
+    } pairs[] = {
+        {"color3f inputs:base_color = (0.3, 0.5, 0.7)\nfloat inputs:metallic = 0\nfloat "
+         "inputs:roughness = 0.35\nfloat inputs:ior = 1.6",
+         "color3f inputs:base_color = (0.3, 0.5, 0.7)\nfloat inputs:specular_roughness = "
+         "0.35\nfloat inputs:specular_ior = 1.6"},
+        {"color3f inputs:base_color = (0.9, 0.5, 0.2)\nfloat inputs:roughness = 0.4",
+         "color3f inputs:base_color = (0.9, 0.5, 0.2)\nfloat inputs:base_metalness = 1\nfloat "
+         "inputs:specular_roughness = 0.4"},
+        {"float inputs:metallic = 0\nfloat inputs:clearcoat = 1\nfloat "
+         "inputs:clearcoat_roughness = 0.1\ncolor3f inputs:sheen_color = (0.2, 0.1, 0)\nfloat "
+         "inputs:sheen_roughness = 0.4",
+         "color3f inputs:base_color = (1, 1, 1)\nfloat inputs:specular_roughness = 1\nfloat "
+         "inputs:coat_weight = 1\nfloat inputs:coat_ior = 1.5\nfloat inputs:coat_darkening = "
+         "0\nfloat inputs:coat_roughness = 0.1\nfloat inputs:fuzz_weight = 1\ncolor3f "
+         "inputs:fuzz_color = (0.2, 0.1, 0)\nfloat inputs:fuzz_roughness = 0.4"},
+        {"float inputs:metallic = 0\nfloat inputs:alpha = 0.5\nint inputs:alpha_mode = "
+         "2\ncolor3f inputs:emissive = (1, 0, 0.5)\nfloat inputs:emissive_strength = 3",
+         "color3f inputs:base_color = (1, 1, 1)\nfloat inputs:specular_roughness = 1\nfloat "
+         "inputs:geometry_opacity = 0.5\ncolor3f inputs:emission_color = (1, 0, 0.5)\nfloat "
+         "inputs:emission_luminance = 3"}};
+
+    for (const auto& pair : pairs)
+        EXPECT_EQ(image_of("mtlx:", "ND_gltf_pbr_surfaceshader", pair.gltf),
+                  image_of("mtlx:", "ND_open_pbr_surface_surfaceshader", pair.open_pbr))
+            << pair.gltf;
+}
+
 // By the height of the points, once as a primvar and once as their position
 TEST(MaterialX, DisplacementReadsWhereTheSurfaceIs) {
     const auto moved = [](const std::string& source) {

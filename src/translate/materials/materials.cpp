@@ -332,7 +332,8 @@ const MaterialEntry& material_entry(Context& ctx, Prim material) {
     if (!is_surface(ctx, shader)) {
         ctx.warn("unsupported-shader", shader,
                  fmt::format("surface shader {} is not supported, expected UsdPreviewSurface, "
-                             "standard_surface or open_pbr_surface; displayColor is rendered",
+                             "standard_surface, open_pbr_surface, gltf_pbr or surface_unlit; "
+                             "displayColor is rendered",
                              id.empty() ? "without info:id" : id));
         return entry;
     }

@@ -52,6 +52,26 @@ scene::Material read_preview_surface(SurfaceReader& s) {
     return m;
 }
 
+struct Surface {
+    std::string_view id;
+    scene::Material (*read)(SurfaceReader& s);
+};
+
+constexpr Surface surfaces[] = {
+    {"ND_UsdPreviewSurface_surfaceshader", read_preview_surface},
+    {"ND_standard_surface_surfaceshader", read_standard_surface},
+    {"ND_open_pbr_surface_surfaceshader", read_open_pbr_surface},
+    {"ND_gltf_pbr_surfaceshader", read_gltf_surface},
+    {"ND_surface_unlit", read_unlit_surface},
+};
+
+const Surface* find_surface(std::string_view id) {
+    // A version may follow
+    const auto* at = std::find_if(std::begin(surfaces), std::end(surfaces),
+                                  [&](const Surface& s) { return id.starts_with(s.id); });
+    return at == std::end(surfaces) ? nullptr : at;
+}
+
 }  // namespace
 
 bool SurfaceReader::can_be_positive(Port p) const {
@@ -198,13 +218,7 @@ Port schlick_f90(PatternBuilder& b, Port f0, Port at_82) {
 }
 
 bool is_node_surface(std::string_view id) {
-    for (const char* known :
-         {"ND_standard_surface_surfaceshader", "ND_open_pbr_surface_surfaceshader",
-          "ND_UsdPreviewSurface_surfaceshader"}) {
-        // A version may follow
-        if (id.starts_with(known)) return true;
-    }
-    return false;
+    return find_surface(id) != nullptr;
 }
 
 scene::Material read_node_surface(Context& ctx,
@@ -212,9 +226,7 @@ scene::Material read_node_surface(Context& ctx,
                                   std::string_view id,
                                   MaterialEntry& entry) {
     SurfaceReader s{NodeGraphReader(ctx, entry), shader};
-    scene::Material m = id.starts_with("ND_standard_surface")   ? read_standard_surface(s)
-                        : id.starts_with("ND_open_pbr_surface") ? read_open_pbr_surface(s)
-                                                                : read_preview_surface(s);
+    scene::Material m = find_surface(id)->read(s);
     entry.is_emissive = scene::is_emissive(m);
     return m;
 }

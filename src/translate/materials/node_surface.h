@@ -14,8 +14,8 @@ namespace velatura::translate::materials {
 /// Whether a surface shader is one that read_node_surface can read.
 bool is_node_surface(std::string_view id);
 
-/// A surface shader of MaterialX as a material: standard_surface, open_pbr_surface or
-/// UsdPreviewSurface. What is not simulated costs a warning at the shader.
+/// A surface shader of MaterialX as a material: standard_surface, open_pbr_surface, gltf_pbr,
+/// surface_unlit or UsdPreviewSurface. What is not simulated costs a warning at the shader.
 scene::Material read_node_surface(Context& ctx,
                                   Prim shader,
                                   std::string_view id,
@@ -86,6 +86,8 @@ struct SurfaceReader {
 
 scene::Material read_standard_surface(SurfaceReader& s);
 scene::Material read_open_pbr_surface(SurfaceReader& s);
+scene::Material read_gltf_surface(SurfaceReader& s);
+scene::Material read_unlit_surface(SurfaceReader& s);
 
 /// Grazing reflectance with which Schlick's formula gives `at_82` at a cosine of 1/7, where the
 /// models of metal have their second color; in [0, 1].

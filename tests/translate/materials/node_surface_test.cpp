@@ -115,6 +115,84 @@ TEST(NodeSurface, GlassAbsorbsOrTints) {
     EXPECT_FALSE(scene::can_transmit(metal.scene.materials[0]));
 }
 
+constexpr const char* gltf = "ND_gltf_pbr_surfaceshader";
+
+TEST(NodeSurface, GltfHasItsDefaults) {
+    Translated t;
+    translate_surface(gltf, "", t);
+    const scene::Material& m = t.scene.materials[0];
+    EXPECT_EQ(m.diffuse_color.value, Rgb(1.0f));
+    EXPECT_EQ(m.metallic.value.x, 1.0f);
+    EXPECT_EQ(m.extras->metal_f0.value, Rgb(1.0f));
+    EXPECT_EQ(m.roughness.value.x, 1.0f);
+    EXPECT_EQ(m.ior.value.x, 1.5f);
+    EXPECT_FALSE(scene::can_transmit(m) || scene::can_cut(m) || scene::is_emissive(m));
+    EXPECT_FALSE(scene::can_have_sheen(m) || m.extras->film.has_value());
+    EXPECT_EQ(t.count("unsupported-input") + t.count("unknown-shader-input"), 0u);
+}
+
+TEST(NodeSurface, GltfAlphaGoesByItsMode) {
+    const std::string alpha = "float inputs:alpha = 0.25\nfloat inputs:alpha_cutoff = 0.3\n";
+    Translated opaque, mask, blend;
+    translate_surface(gltf, alpha, opaque);
+    translate_surface(gltf, alpha + "int inputs:alpha_mode = 1", mask);
+    translate_surface(gltf, alpha + "int inputs:alpha_mode = 2", blend);
+    EXPECT_EQ(opaque.scene.materials[0].opacity.value.x, 1.0f);
+    EXPECT_EQ(mask.scene.materials[0].opacity_threshold, 0.3f);
+    EXPECT_EQ(mask.scene.materials[0].opacity.value.x, 0.25f);
+    EXPECT_EQ(blend.scene.materials[0].opacity_threshold, 0.0f);
+    EXPECT_TRUE(blend.scene.materials[0].presence);
+    EXPECT_EQ(blend.scene.materials[0].opacity.value.x, 0.25f);
+}
+
+TEST(NodeSurface, GltfTransmitsThroughWallsAndVolumes) {
+    const std::string glass =
+        "float inputs:metallic = 0\nfloat inputs:transmission = 1\ncolor3f inputs:base_color = "
+        "(0.5, 1, 1)\nfloat inputs:attenuation_distance = 2\ncolor3f inputs:attenuation_color = "
+        "(1, 0.25, 1)\nfloat inputs:dispersion = 0.4\n";
+    Translated wall, solid;
+    translate_surface(gltf, glass, wall);
+    translate_surface(gltf, glass + "float inputs:thickness = 1", solid);
+    const scene::Material &a = wall.scene.materials[0], &b = solid.scene.materials[0];
+    EXPECT_TRUE(a.thin_walled && !b.thin_walled);
+    EXPECT_EQ(a.opacity.value.x, 0.0f);
+    EXPECT_EQ(a.transmission_color.value, Rgb(0.5f, 1, 1));
+    EXPECT_EQ(a.dispersion, 0.0f);
+    EXPECT_EQ(b.transmission_depth, 2.0f);
+    EXPECT_EQ(b.transmission_color.value, Rgb(1, 0.25f, 1));
+    EXPECT_FLOAT_EQ(b.dispersion, 0.02f);  // 1 / 50
+}
+
+TEST(NodeSurface, GltfAnisotropyKeepsItsWidths) {
+    Translated t;
+    translate_surface(gltf,
+                      "float inputs:roughness = 0.4\nfloat inputs:anisotropy_strength = 0.5\n"
+                      "float inputs:anisotropy_rotation = 1.5707964",
+                      t);
+    const scene::Material& m = t.scene.materials[0];
+    // KHR_materials_anisotropy: αt = mix(r², 1, strength²), αb = r², from the scene's two numbers
+    const double r = double(m.roughness.value.x), narrow = 1 - double(m.anisotropy.value.x);
+    const double alpha_x = r * r * std::sqrt(2 / (1 + narrow * narrow));
+    EXPECT_NEAR(alpha_x, 0.16 + 0.84 * 0.25, 1e-6);
+    EXPECT_NEAR(alpha_x * narrow, 0.16, 1e-6);
+    EXPECT_NEAR(m.anisotropy_rotation.value.x, 0.25f, 1e-6f);
+}
+
+TEST(NodeSurface, UnlitEmitsAndReflectsNothing) {
+    Translated t;
+    translate_surface("ND_surface_unlit",
+                      "float inputs:emission = 2\ncolor3f inputs:emission_color = (0.1, 0.2, 0.3)\n"
+                      "float inputs:opacity = 0.75",
+                      t);
+    const scene::Material& m = t.scene.materials[0];
+    EXPECT_EQ(m.emissive_color.value, Rgb(0.2f, 0.4f, 0.6f));
+    EXPECT_EQ(m.diffuse_color.value, Rgb(0.0f));
+    EXPECT_EQ(m.extras->specular_tint.value, Rgb(0.0f));
+    EXPECT_TRUE(m.presence);
+    EXPECT_EQ(m.opacity.value.x, 0.75f);
+    EXPECT_EQ(t.diagnostics.warning_count(), 0u);
+}
+
 TEST(NodeSurface, OpacityCutsHoles) {
     Translated t;
     translate_surface(standard, "color3f inputs:opacity = (0.5, 0.5, 0.5)", t);
@@ -333,7 +411,7 @@ TEST(NodeSurface, UnknownSurfacesLeaveTheirDisplayColor) {
 def Material "Mat" {
     token outputs:mtlx:surface.connect = </Mat/S.outputs:out>
     def Shader "S" {
-        uniform token info:id = "ND_gltf_pbr_surfaceshader"
+        uniform token info:id = "ND_disney_principled"
         token outputs:out
     }
 }
@@ -366,7 +444,7 @@ def Material "Mat" {
     };
     Translated known, unknown;
     translate_text(stage("ND_standard_surface_surfaceshader"), known);
-    translate_text(stage("ND_gltf_pbr_surfaceshader"), unknown);
+    translate_text(stage("ND_disney_principled"), unknown);
     ASSERT_EQ(known.scene.materials.size(), 1u);
     EXPECT_TRUE(known.scene.materials[0].extras.has_value());
     ASSERT_EQ(unknown.scene.materials.size(), 1u);
