@@ -121,7 +121,9 @@ const std::vector<DataNames>& data_names() {
         {Last,
          {"albedo", "ao", "occlusion", "raw", "filter", "roughness", "glossiness", "metalness",
           "curvature"}},
-        {Whole, {"facingratio", "incidenceangle", "wireframe", "wirecolor", "wire", "visibility"}},
+        {Whole,
+         {"facingratio", "incidenceangle", "wireframe", "wirecolor", "wire", "visibility",
+          "samplerinfo"}},
         // What tells how it was rendered, and inputs of denoisers
         {Whole,
          {"samples", "primarysamples", "cputime", "rendertime", "heatmap", "weight", "mse",
@@ -130,7 +132,8 @@ const std::vector<DataNames>& data_names() {
         {First, {"denoising", "debug", "guiding", "noisy"}},
         {Last, {"variance", "var", "mse", "error", "count"}},
         // Copies of the beauty, whole or changed
-        {Whole, {"effectsresult", "unclampedcolor", "beautyunshadowed", "lightmix"}},
+        {Whole,
+         {"effectsresult", "unclampedcolor", "beautyunshadowed", "lightmix", "cshadinglightmix"}},
         {Last, {"denoise", "denoised", "denoiser", "unshadowed"}},
     };
     return table;
@@ -140,26 +143,30 @@ bool is_data(const std::vector<std::string>& words) {
     if (words.empty()) return false;
     const std::string all = squeezed(words);
     constexpr std::array lights = {"light", "lights", "lgt", "lamp", "lamps"};
+    // What no light is, whatever it is of
+    constexpr std::array changed_copies = {"variance", "var",      "mse",        "error", "denoise",
+                                           "denoised", "denoiser", "unshadowed", "raw",   "filter"};
     const bool names_light = std::any_of(words.begin(), words.end(),
                                          [&](const std::string& w) { return has(lights, w); });
+    // `position_light` and `Light ID 1` are lights; `raw_light` is what a filter multiplies
+    const bool is_of_light = names_light && words[0] != "raw";
     for (const DataNames& row : data_names()) {
-        // `position_light` is a light; `raw_light` is what a filter multiplies
-        const bool is_of_light = names_light && words[0] != "raw";
         const std::string& word = row.place == Place::Whole   ? all
                                   : row.place == Place::First ? words.front()
                                                               : words.back();
-        if (row.place == Place::First && is_of_light) continue;
+        if (is_of_light && row.place != Place::Whole && !has(changed_copies, word)) continue;
         if (std::find(row.names.begin(), row.names.end(), word) != row.names.end()) return true;
     }
     // `zdepth`, `rgbalbedo`, `bumpnormals`: words that names run together
     constexpr std::array<std::string_view, 7> ends = {"albedo",    "normal", "normals",  "position",
                                                       "positions", "depth",  "occlusion"};
-    return std::any_of(ends.begin(), ends.end(),
-                       [&](std::string_view e) { return all.ends_with(e); });
+    return !is_of_light && std::any_of(ends.begin(), ends.end(),
+                                       [&](std::string_view e) { return all.ends_with(e); });
 }
 
-constexpr std::array beauty_names = {"combined", "rgba",     "rgb",   "beauty", "ci",
-                                     "c",        "rgbcolor", "color", "image"};
+constexpr std::array beauty_names = {"combined", "rgba",       "rgb",           "beauty",
+                                     "ci",       "c",          "rgbcolor",      "color",
+                                     "image",    "finalimage", "cshadingbeauty"};
 
 bool is_expression(const std::string& name) {
     return name.find_first_of("<>[](){}'\"|*+^") != std::string::npos;
@@ -167,8 +174,8 @@ bool is_expression(const std::string& name) {
 
 /// Whose light it is stands behind: Arnold's and Cycles' light groups, V-Ray's light selects.
 bool names_light_group(const std::string& word, const std::vector<std::string>& words) {
-    constexpr std::array<std::string_view, 4> beginnings = {"RGBA_", "Combined_", "LightSelect",
-                                                            "VRayLightSelect"};
+    constexpr std::array<std::string_view, 5> beginnings = {
+        "RGBA_", "Combined_", "LightSelect", "VRayLightSelect", "CShading_LightSelect"};
     return std::any_of(beginnings.begin(), beginnings.end(),
                        [&](std::string_view b) { return word.starts_with(b); }) &&
            words.back() != "denoise" && words.back() != "denoised";

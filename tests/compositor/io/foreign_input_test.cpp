@@ -133,10 +133,13 @@ TEST(PassNames, DataOfTheRenderersAreNoLight) {
           "motionFore", "motionBack", "facingratio", "incidenceangle", "normal_var", "albedo_mse",
           "diffuse_mse", "id", "cpuTime", "curvature", "Oi"}},
         {"V-Ray",
-         {"VRayZDepth", "VRayNormals", "VRayBumpNormals", "VRayVelocity", "VRayRenderID",
-          "VRayObjectID", "VRayMtlID", "VRayDiffuseFilter", "VRayReflectionFilter",
-          "VRayRawLighting", "rawGI", "VRayWireColor", "VRaySampleRate", "VRayNoiseLevel",
-          "VRayExtraTex_AO", "multimatte_1", "worldPositions", "VRayAlpha", "effectsResult"}},
+         {"VRayZDepth",           "VRayNormals",       "VRayBumpNormals", "VRayVelocity",
+          "VRayRenderID",         "VRayObjectID",      "VRayMtlID",       "VRayDiffuseFilter",
+          "VRayReflectionFilter", "VRayRawLighting",   "rawGI",           "VRaySamplerInfo",
+          "VRayLightMix",         "CShading_LightMix", "key_light_raw",   "rim_light_denoised",
+          "fill light variance",  "VRayWireColor",     "VRaySampleRate",  "VRayNoiseLevel",
+          "VRayExtraTex_AO",      "multimatte_1",      "worldPositions",  "VRayAlpha",
+          "effectsResult"}},
         {"MoonRay",
          {"heatmap", "weight", "normal", "depth", "motionvec", "St", "roughness", "visibility",
           "beauty_variance", "wireframe"}},
@@ -177,6 +180,11 @@ TEST(PassNames, LightStaysLight) {
                                    "caustics",
                                    "position_light",
                                    "AO light",
+                                   "Light ID 1",
+                                   "Light id 3 direct",
+                                   "key_light_mask",
+                                   "lamp index",
+                                   "CShading_LightSelect_uv",
                                    "normandy",
                                    "shadow",
                                    "zed",
@@ -188,7 +196,8 @@ TEST(PassNames, LightStaysLight) {
                                    "12",
                                    "\xc3\xa9t\xc3\xa9"})
         EXPECT_EQ(pass_kind(name), PassKind::Light) << name;
-    for (const std::string name : {"beauty", "rgba", "Ci", "ViewLayer.Combined", "RGB color", "C"})
+    for (const std::string name : {"beauty", "rgba", "Ci", "ViewLayer.Combined", "RGB color", "C",
+                                   "FinalImage", "CShading_Beauty"})
         EXPECT_EQ(pass_kind(name), PassKind::Beauty) << name;
 }
 
