@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 namespace velatura::lights {
@@ -42,8 +43,9 @@ Vec2d uv_of(const Vec3d& d, double* sin_theta) {
     return {0.5 - longitude / (2.0 * pi_d), std::atan2(s, d.y) / pi_d};
 }
 
-/// Where a unit direction lies in an image of another layout, uv from the upper left corner.
-Vec2d uv_in_layout(const Vec3d& d, scene::DomeFormat format) {
+/// Where a unit direction lies in an image of another layout, uv from the upper left corner. Beyond
+/// max_radius (1 = the border of the image) a disk is read there.
+Vec2d uv_in_layout(const Vec3d& d, scene::DomeFormat format, double max_radius) {
     if (format == scene::DomeFormat::CubeMapVerticalCross) {
         // Cells of thirds by quarters: +Y above, −X +Z +X in the second row, −Y, and −Z upside down
         // at the bottom
@@ -73,7 +75,7 @@ Vec2d uv_in_layout(const Vec3d& d, scene::DomeFormat format) {
     const double s = std::sqrt(d.x * d.x + d.y * d.y);
     const double angle = std::atan2(s, -d.z);
     const double r = format == scene::DomeFormat::Angular ? angle / pi_d : std::sin(0.5 * angle);
-    const double k = s > 0.0 ? 0.5 * r / s : 0.0;
+    const double k = s > 0.0 ? 0.5 * std::min(r, max_radius) / s : 0.0;
     return {0.5 + d.x * k, 0.5 - d.y * k};
 }
 
@@ -118,12 +120,15 @@ EnvironmentImage to_latlong(EnvironmentImage image, scene::DomeFormat format) {
     result.height = image.height;
     result.width = 2 * image.height;
     result.texels.resize(size_t(result.width) * size_t(result.height));
+    // The corners of the image, which no direction has, are not blended into those at the rim
+    const double max_radius =
+        std::max(0.0, 1.0 - 2.0 * std::numbers::sqrt2 / std::min(image.width, image.height));
     for (int y = 0; y < result.height; ++y) {
         for (int x = 0; x < result.width; ++x) {
             const Vec3d d =
                 direction_of(pi_d * (y + 0.5) / result.height, (x + 0.5) / result.width);
             result.texels[size_t(y) * size_t(result.width) + size_t(x)] =
-                bilinear_clamped(image, uv_in_layout(d, format));
+                bilinear_clamped(image, uv_in_layout(d, format, max_radius));
         }
     }
     return result;

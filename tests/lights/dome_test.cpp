@@ -312,6 +312,18 @@ TEST(DomeLight, OtherLayoutsShowTheSameDirections) {
             for (int i = 0; i < 3; ++i) EXPECT_NEAR(found[i], expected[i], 0.03f);
         }
     }
+    // What lies beyond the disk has no direction, and no part in those at the rim, which show +Z
+    for (const scene::DomeFormat format :
+         {scene::DomeFormat::Angular, scene::DomeFormat::MirrorBall}) {
+        EnvironmentImage image = image_of(size, size);
+        for (int y = 0; y < size; ++y)
+            for (int x = 0; x < size; ++x) {
+                const double px = 2 * (x + 0.5) / size - 1, py = 1 - 2 * (y + 0.5) / size;
+                texel(image, x, y) = Rgb(px * px + py * py <= 1.0 ? 1.0f : 0.0f);
+            }
+        const EnvironmentImage converted = to_latlong(image, format);
+        for (const Rgb& found : converted.texels) EXPECT_EQ(found, Rgb(1.0f));
+    }
     // Six faces of one color each
     EnvironmentImage cross = image_of(48, 64);
     const auto paint = [&](int column, int row, const Rgb& c) {
