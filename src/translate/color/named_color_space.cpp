@@ -113,12 +113,14 @@ constexpr SpaceNames space_names[] = {
      "gamma22 g22rec709 g22rec709scene g22rec709display gamma22rec709 gamma22encodedrec709"},
     {Curve::G24, Gamut::Rec709,
      "gamma24 rec709display g24rec709 g24rec709scene g24rec709display gamma24rec709"},
-    {Curve::None, Gamut::Ap0, "aces aces20651 acesaces20651 linap0 linap0scene"},
-    {Curve::None, Gamut::Ap1, "acescg acesacescg linap1 linap1scene"},
+    {Curve::None, Gamut::Ap0,
+     "aces aces20651 acesaces20651 linap0 linap0scene linearaces linearap0"},
+    {Curve::None, Gamut::Ap1, "acescg acesacescg linap1 linap1scene linearacescg linearap1"},
     {Curve::Srgb, Gamut::Ap1, "srgbap1 srgbap1scene srgbencodedap1"},
     {Curve::G22, Gamut::Ap1, "g22ap1 g22ap1scene gamma22ap1 gamma22encodedap1"},
     {Curve::None, Gamut::P3,
-     "lindisplayp3 linp3d65 linp3d65scene linp3d65display linearp3d65 scenelinearp3d65"},
+     "lindisplayp3 linp3d65 linp3d65scene linp3d65display linearp3d65 lineardcip3d65 "
+     "lineardisplayp3 scenelinearp3d65"},
     {Curve::Srgb, Gamut::P3,
      "displayp3 srgbdisplayp3 srgbp3d65 srgbp3d65scene srgbp3d65display srgbencodedp3d65"},
     {Curve::None, Gamut::Rec2020,
@@ -127,7 +129,8 @@ constexpr SpaceNames space_names[] = {
     {Curve::AdobeRgb, Gamut::AdobeRgb,
      "adobergb g22adobergb g22adobergbscene g22adobergbdisplay gamma22encodedadobergb"},
     {Curve::None, Gamut::Xyz,
-     "linciexyzd65 linciexyzd65scene ciexyzd65 ciexyzd65scenereferred ciexyzd65scene"},
+     "linciexyzd65 linciexyzd65scene linearciexyzd65 ciexyzd65 ciexyzd65scenereferred "
+     "ciexyzd65scene"},
 };
 
 scene::ColorDecoding curve_alone(Curve curve) {
@@ -216,6 +219,16 @@ std::map<std::string, ColorSpace, std::less<>> make_spaces() {
     return spaces;
 }
 
+/// Without the words that the ACES configurations add to the names of texture spaces: "Utility -
+/// Gamma 2.4 - Rec.709 - Texture", "g24_rec709_tx".
+std::string_view core_name(std::string_view bare) {
+    for (const std::string_view before : {"utility", "input"})
+        if (bare.starts_with(before)) bare.remove_prefix(before.size());
+    for (const std::string_view after : {"texture", "tx"})
+        if (bare.ends_with(after)) bare.remove_suffix(after.size());
+    return bare;
+}
+
 }  // namespace
 
 const ColorMatrix& d65_from_rec709() {
@@ -227,8 +240,11 @@ const ColorSpace* named_color_space(std::string_view name) {
     static const auto spaces = make_spaces();
     static const ColorSpace linear;
     if (name.empty()) return &linear;
-    const auto at = spaces.find(bare_color_space_name(name));
-    return at == spaces.end() ? nullptr : &at->second;
+    const std::string bare = bare_color_space_name(name);
+    const std::string_view core = core_name(bare);
+    for (const std::string_view spelling : {std::string_view(bare), core})
+        if (const auto at = spaces.find(spelling); at != spaces.end()) return &at->second;
+    return nullptr;
 }
 
 std::string bare_color_space_name(std::string_view name) {

@@ -79,6 +79,12 @@ TEST(Colors, SpacesHaveTheNamesOfTheListAndOfConfigurations) {
                                {"g22_rec709_scene", power(2.2)},
                                {"Gamma 2.2 Encoded Rec.709", power(2.2)},
                                {"g18_rec709_scene", power(1.8)},
+                               {"Utility - Gamma 2.2 - Rec.709 - Texture", power(2.2)},
+                               {"Gamma 2.4 Rec.709 - Texture", power(2.4)},
+                               {"g18_rec709_tx", power(1.8)},
+                               {"Linear ACEScg", ap1},
+                               {"Linear ACES", ap0},
+                               {"Linear CIE-XYZ D65", xyz},
                                {"lin_ap1_scene", ap1},
                                {"lin_ap1", ap1},
                                {"ACEScg", ap1},
@@ -101,7 +107,19 @@ TEST(Colors, SpacesHaveTheNamesOfTheListAndOfConfigurations) {
         const Vec3d white = space->decoding(Vec3d(1.0));
         for (int c = 0; c < 3; ++c) EXPECT_NEAR(white[c], 1.0, 1e-9) << name;
     }
-    EXPECT_EQ(named_color_space("my_camera_log"), nullptr);
+    // Texture spaces of the ACES configurations, with and without their suffix
+    for (const auto& [texture, scene] :
+         {std::pair("Gamma 2.2 AP1 - Texture", "g22_ap1_scene"),
+          std::pair("g22_ap1_tx", "g22_ap1_scene"),
+          std::pair("sRGB Encoded AP1 - Texture", "srgb_ap1_scene"),
+          std::pair("sRGB Encoded P3-D65 - Texture", "srgb_p3d65_scene"),
+          std::pair("Utility - Linear - Adobe RGB", "lin_adobergb_scene"),
+          std::pair("Linear DCI-P3 D65", "lin_p3d65_scene")})
+        EXPECT_EQ(named_color_space(texture)->decoding(as_is),
+                  named_color_space(scene)->decoding(as_is))
+            << texture;
+    for (const char* name : {"my_camera_log", "ARRI LogC4", "texture", "Utility - Texture"})
+        EXPECT_EQ(named_color_space(name), nullptr) << name;
 }
 
 TEST(Colors, CurvesMirrorNegativeNumbers) {
