@@ -414,6 +414,15 @@ def Material "Metal" {
     sized("SphereLight", "inputs:radius", "float inputs:radius = 1", "(2, 2, 2)");
     sized("CylinderLight", "inputs:radius", "float inputs:radius = 0.25", "(1, 0.5, 0.5)");
     sized("CylinderLight", "inputs:length", "float inputs:length = 2", "(2, 1, 1)");
+    // Without a size a hint makes a point or line of it, as normalize does
+    for (const auto& [type, hint] :
+         {std::pair("SphereLight", "treatAsPoint"), std::pair("CylinderLight", "treatAsLine")})
+        add(type, hint,
+            light(type, up + "float inputs:radius = 0\nfloat inputs:intensity = 9\n$") + plane,
+            "bool " + std::string(hint) + " = 1",
+            light(type, up + "float inputs:radius = 0\nfloat inputs:intensity = 9\n"
+                             "bool inputs:normalize = 1\n") +
+                plane);
     // Irradiance π sin²(30°) on albedo 0.5
     AttributeRow angle{"DistantLight", "inputs:angle",
                        light("DistantLight", "float inputs:intensity = 1\n$") + plane,

@@ -83,6 +83,14 @@ Vec3d read_sizes(Context& ctx, Prim prim, scene::Light& light) {
     return sizes;
 }
 
+/// Whether the light is a point or line: of radius 0, and authored as one. Exporters write that for
+/// the point lights of their programs, normalized or not, and renderers give it a power.
+bool is_point_or_line(Context& ctx, Prim prim, const scene::Light& light, const Vec3d& sizes) {
+    const bool is_line = light.kind == LightKind::Cylinder;
+    if ((light.kind != LightKind::Sphere && !is_line) || sizes.x != 0.0) return false;
+    return read_bool(prim.attribute(is_line ? "treatAsLine" : "treatAsPoint"), false, ctx.time);
+}
+
 /// A point light (radius 0) that is normalized has a power without a size: gives it 1/1024 of its
 /// distance from the camera, a size that follows the scene's scale.
 bool give_extent(Context& ctx, Prim prim, scene::Light& light, Vec3d& sizes) {
@@ -96,10 +104,11 @@ bool give_extent(Context& ctx, Prim prim, scene::Light& light, Vec3d& sizes) {
     if (!is_round || sizes.x != 0.0 || !(distance > 0.0) || !(scale > 0.0)) return false;
     sizes.x = distance / 1024 / scale;
     light.radius = float(sizes.x);
-    ctx.warn("light-without-size", light_input(ctx, prim, "radius"),
-             fmt::format("radius 0 with normalize on: point lights are not supported, a radius of "
-                         "{:.6g} (1/1024 of the distance from the camera) is used",
-                         sizes.x));
+    ctx.warn(
+        "light-without-size", light_input(ctx, prim, "radius"),
+        fmt::format("radius 0: the light is normalized, with a radius of {:.6g} (1/1024 of the "
+                    "distance from the camera)",
+                    sizes.x));
     return true;
 }
 
@@ -213,7 +222,8 @@ bool read_light(Context& ctx,
     }
     Vec3d sizes = read_sizes(ctx, prim, light);
     Vec3d Le = read_radiance(ctx, prim, default_intensity(prim.type_name().view()));
-    const bool is_normalized = read_bool(light_input(ctx, prim, "normalize"), false, ctx.time);
+    const bool is_normalized = read_bool(light_input(ctx, prim, "normalize"), false, ctx.time) ||
+                               is_point_or_line(ctx, prim, light, sizes);
     double size = world_size(light, sizes, render_from_light);
     if (is_area && !(size > 0.0) && is_normalized && give_extent(ctx, prim, light, sizes))
         size = world_size(light, sizes, render_from_light);

@@ -387,6 +387,28 @@ def SphereLight "None" { float inputs:radius = 0; }
     EXPECT_EQ(t.scene.lights.size(), 1u);
 }
 
+TEST(Lights, PointsAndLinesThatExportersWriteHaveAPower) {
+    // Maya and Unreal write radius 0 with treatAsPoint, and no normalize: a normalized light
+    for (const auto& [type, hint] :
+         {std::pair("SphereLight", "treatAsPoint"), std::pair("CylinderLight", "treatAsLine")}) {
+        const std::string start =
+            "def " + std::string(type) +
+            " \"L\" {\ndouble3 xformOp:translate = (0, 0, -4)\nuniform token[] xformOpOrder = "
+            "[\"xformOp:translate\"]\nfloat inputs:radius = 0\n";
+        Translated point, normalized;
+        translate_text(camera() + start + "bool " + hint + " = 1\n}\n", point);
+        translate_text(camera() + start + "bool inputs:normalize = 1\n}\n", normalized);
+        ASSERT_EQ(point.scene.lights.size(), 1u) << type;
+        ASSERT_EQ(normalized.scene.lights.size(), 1u) << type;
+        EXPECT_GT(point.scene.lights[0].radius, 0.0f);
+        EXPECT_EQ(point.scene.lights[0].Le, normalized.scene.lights[0].Le);
+        EXPECT_EQ(point.scene.lights[0].radius, normalized.scene.lights[0].radius);
+        EXPECT_EQ(point.count("light-without-size"), 1u);
+    }
+    // A hint where there is a size
+    EXPECT_EQ(light("SphereLight", "bool treatAsPoint = 1").Le, light("SphereLight", "").Le);
+}
+
 TEST(Lights, PortalsOfADomeArePlacedRelativeToTheCamera) {
     Translated t;
     translate_text(camera() + R"(
