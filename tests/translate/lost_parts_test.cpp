@@ -186,7 +186,19 @@ TEST(LostParts, AreNamedWithWhatBecomesOfThem) {
             << t.messages(c.code);
         EXPECT_NE(t.messages(c.code).find("/P"), std::string::npos);
         EXPECT_EQ(!t.scene.shapes.empty() || !t.scene.instances.empty(), c.is_rendered);
+        // One reason, and a consequence, each
+        EXPECT_EQ(("\n" + t.messages(c.code)).find("\n;"), std::string::npos) << t.messages(c.code);
     }
+}
+
+/// What the positions of an instancer lack is said once.
+TEST(LostParts, PositionsOfAnotherCountAreNamedOnce) {
+    Translated t;
+    translate_text(camera() + "def PointInstancer \"P\" {\n" +
+                       without(two, "    int[] protoIndices") +
+                       "int[] protoIndices = [0, 0, 0]\n}\n",
+                   t);
+    EXPECT_EQ(t.count("bad-instancer"), 1u) << t.messages("bad-instancer");
 }
 
 /// The strand of a B-spline whose 7 widths are called varying is as wide as they say.
@@ -198,6 +210,21 @@ TEST(LostParts, WidthsOfAnotherCountAreTakenByTheInterpolationThatTheyFit) {
     const auto& strand_read = std::get<scene::Curves>(t.scene.shapes[0].geometry);
     EXPECT_EQ(strand_read.width_interpolation, scene::Interpolation::Vertex);
     EXPECT_EQ(strand_read.widths, (std::vector<float>{1, 2, 3, 4, 5, 6, 7}));
+}
+
+/// So are normals, as the documentation of curves has it: the strand stays a ribbon.
+TEST(LostParts, NormalsOfAnotherCountAreTakenByTheInterpolationThatTheyFit) {
+    Translated t;
+    translate_text(camera() + curves("float[] widths = [1]\nnormal3f[] normals = [(1,0,0),(1,0,0),"
+                                     "(1,0,0),(0,0,1),(1,0,0),(1,0,0),(1,0,0)] (interpolation = "
+                                     "\"varying\")\n"),
+                   t);
+    ASSERT_EQ(t.scene.shapes.size(), 1u);
+    const auto& ribbon = std::get<scene::Curves>(t.scene.shapes[0].geometry);
+    EXPECT_EQ(ribbon.normal_interpolation, scene::Interpolation::Vertex);
+    ASSERT_EQ(ribbon.normals.size(), 7u);
+    EXPECT_NEAR(ribbon.normals[3].z, 1.0f, 1e-6f);
+    EXPECT_EQ(t.count("bad-normals"), 1u) << t.messages("bad-normals");
 }
 
 }  // namespace velatura::translate

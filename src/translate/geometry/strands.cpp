@@ -22,12 +22,10 @@ namespace {
 /// The interpolation by which there are as many rows as elements; the authored one if it does.
 std::optional<scene::Interpolation> fitting_interpolation(size_t rows,
                                                           scene::Interpolation authored,
-                                                          const ElementCounts& counts,
-                                                          bool is_lenient) {
+                                                          const ElementCounts& counts) {
     using scene::Interpolation;
     if (rows == element_count(counts, authored)) return authored;
     if (rows == 1) return Interpolation::Constant;
-    if (!is_lenient) return std::nullopt;
     for (const auto other : {Interpolation::Vertex, Interpolation::Varying, Interpolation::Uniform})
         if (rows == element_count(counts, other)) return other;
     return std::nullopt;
@@ -41,8 +39,7 @@ bool read_element_rows(Context& ctx,
                        int width,
                        const ElementCounts& counts,
                        std::string_view fallback,
-                       std::optional<ElementRows>& out,
-                       bool is_lenient) {
+                       std::optional<ElementRows>& out) {
     const Attribute primvar = prim.attribute("primvars:" + name);
     const Attribute plain = prim.attribute(name);
     std::optional<usd::stage::Primvar> source;
@@ -80,7 +77,7 @@ bool read_element_rows(Context& ctx,
     const size_t found = result.values.size() / size_t(width);
     // usd and scene list their interpolations in one order
     const auto authored = scene::Interpolation(int(source->interpolation));
-    const auto fitting = fitting_interpolation(found, authored, counts, is_lenient);
+    const auto fitting = fitting_interpolation(found, authored, counts);
     const std::string counted = fmt::format("{} {} or indices, expected {} ({})", found, name,
                                             element_count(counts, authored),
                                             usd::stage::interpolation_name(source->interpolation));
@@ -102,7 +99,7 @@ bool read_widths(Context& ctx,
                  const ElementCounts& counts,
                  std::optional<ElementRows>& out) {
     constexpr std::string_view fallback = "widths fall back to 1";
-    if (!read_element_rows(ctx, prim, "widths", 1, counts, fallback, out, true)) return false;
+    if (!read_element_rows(ctx, prim, "widths", 1, counts, fallback, out)) return false;
     if (!out) return true;
     const size_t all = out->values.size();
     size_t bad = 0;

@@ -24,16 +24,15 @@ struct ElementRows {
 
 /// `primvars:<name>` before `<name>`; nothing when neither is authored. False and nothing, with a
 /// warning that ends in `fallback`, when they do not fit. One row stands for all elements whatever
-/// the interpolation says. is_lenient: rows that do not fit their interpolation are taken by one
-/// that they fit, with a warning.
+/// the interpolation says. Rows that do not fit their interpolation are taken by one that they fit,
+/// with a warning.
 bool read_element_rows(Context& ctx,
                        Prim prim,
                        const std::string& name,
                        int width,
                        const ElementCounts& counts,
                        std::string_view fallback,
-                       std::optional<ElementRows>& out,
-                       bool is_lenient = false);
+                       std::optional<ElementRows>& out);
 
 /// Widths of curves or points. Those that are negative or not finite count as 0. False and nothing,
 /// with a warning, when they are of no use.

@@ -153,10 +153,10 @@ void read_point_instancer(
     const size_t n = in.prototype_indices.size();
     const InstancerPlaces places(ctx, prim, n);
     const InstanceRows rows = places.at(ctx.time);
-    if (rows.positions.empty() && n > 0)
-        ctx.warn("bad-instancer", prim,
-                 fmt::format("{}; all instances are at the origin",
-                             missing_array(prim.attribute("positions"), ctx.frame)));
+    // Positions of another number than the instances have been named where they were read
+    if (const std::string reason = missing_array(prim.attribute("positions"), ctx.frame);
+        rows.positions.empty() && n > 0 && !reason.empty())
+        ctx.warn("bad-instancer", prim, fmt::format("{}; all instances are at the origin", reason));
     InstancerPrimvars primvars(ctx, prim, n);
     primvars.warn_displacement(prototypes);
     const scene::ProvenanceId provenance = ctx.provenance(prim);

@@ -130,9 +130,9 @@ TEST(BasisCurves, LoseWhatIsWrongOfThem) {
     EXPECT_EQ(curves_of(widths).widths, std::vector<float>{1});
     EXPECT_EQ(widths.count("bad-widths"), 1u);
     EXPECT_EQ(widths.count("missing-widths"), 0u);
-    translate_curves(
-        std::string(two_curves) + "float[] widths = [1]\nnormal3f[] normals = [(0,0,1),(0,0,1)]\n",
-        normals);
+    translate_curves(std::string(two_curves) +
+                         "float[] widths = [1]\nnormal3f[] normals = [(0,0,1),(0,0,1),(0,1,0)]\n",
+                     normals);
     EXPECT_TRUE(curves_of(normals).normals.empty());
     EXPECT_EQ(normals.count("bad-normals"), 1u);
     translate_curves(two_curves, none);
