@@ -274,14 +274,27 @@ class NameCheck {
         const std::string_view type = prim.type_name().view();
         const bool is_input = name.starts_with("inputs:"), is_output = name.starts_with("outputs:");
         // Interfaces are named as their authors like, and nodes know their inputs themselves
-        if ((type == "Material" && is_input) || type == "NodeGraph") return {};
+        if ((type == "Material" && (is_input || is_terminal(name))) || type == "NodeGraph")
+            return {};
         if (type == "Shader" && (is_output || !knows_inputs(known))) return {};
         if (name.starts_with("primvars:")) return nearest_primvar(name, known);
         if (name.starts_with("collection:")) return nearest_collection(name);
         if (name.starts_with("material:binding:")) return nearest_binding(name);
         // What lights were called before USD 21.02 has a message of its own
         const std::string nearest = nearest_spelling(name, known.names);
-        return nearest == "inputs:" + name && prim.has_api("LightAPI") ? std::string() : nearest;
+        const bool is_old_light = nearest == "inputs:" + name && prim.has_api("LightAPI");
+        // `camera` of some pipeline's Scope is not our ray visibility with its namespaces forgotten
+        const bool is_others =
+            nearest.starts_with("primvars:velatura:") && name.find("velatura") == std::string::npos;
+        return is_old_light || is_others ? std::string() : nearest;
+    }
+
+    /// Terminals of other renderers: `outputs:mdl:surface`.
+    static bool is_terminal(std::string_view name) {
+        const size_t colon = name.rfind(':');
+        if (!name.starts_with("outputs:") || name.find(':') == colon) return false;
+        const std::string_view what = name.substr(colon + 1);
+        return what == "surface" || what == "displacement" || what == "volume";
     }
 
     static bool knows_inputs(const KnownNames& known) {

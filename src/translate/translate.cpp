@@ -201,8 +201,11 @@ Result<Prim> chosen_camera(Context& ctx, const TranslateOptions& options) {
         const Prim prim = ctx.stage.prim_at(ctx.scene.settings.camera);
         if (is_camera(prim)) return prim;
         const Error error = unknown_camera(ctx.stage, ctx.scene.settings.camera, prim);
-        ctx.diagnostics.warn(error.code, ctx.stage.prim_at(ctx.scene.settings.name).loc(),
-                             ctx.scene.settings.name, error.message);
+        const std::vector<std::string> cameras = camera_paths(ctx.stage);
+        ctx.diagnostics.warn(
+            error.code, ctx.stage.prim_at(ctx.scene.settings.name).loc(), ctx.scene.settings.name,
+            fmt::format("{}; {} is used", error.message,
+                        cameras.empty() ? "one that frames the scene" : "<" + cameras[0] + ">"));
     }
     const std::vector<std::string> cameras = camera_paths(ctx.stage);
     if (cameras.empty()) return Prim();

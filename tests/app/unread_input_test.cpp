@@ -53,6 +53,11 @@ const Case cases[] = {
      "did you mean 'primvars:displayColor'?"},
     {"def Sphere \"S\" { token visiblity = \"invisible\" }", "did you mean 'visibility'?"},
     {"def Material \"M\" { token outputs:surfce }", "did you mean 'outputs:surface'?"},
+    // Terminals of other renderers, and what a pipeline calls its own
+    {"def Material \"M\" { token outputs:mdl:surface\n token outputs:mdl:displacement\n token "
+     "outputs:mdl:volume }",
+     nullptr},
+    {"def Scope \"S\" { rel camera = </Cam> }", nullptr},
     {"def Material \"M\" { token outputs:surface.connect = </M/S.outputs:surface>\n def Shader "
      "\"S\" "
      "{ uniform token info:id = \"UsdPreviewSurface\"\n float inputs:rougness = 1\n token "

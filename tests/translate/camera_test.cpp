@@ -178,6 +178,20 @@ TEST(Camera, UnknownCameraIsAnErrorThatListsTheOthers) {
     EXPECT_EQ(wrong_type.error, "unknown-camera");
 }
 
+TEST(Camera, ThatSettingsNameAndIsMissingIsReplacedBySayingByWhich) {
+    const std::string settings = "def RenderSettings \"S\" {\n rel camera = </Nope>\n}\n";
+    for (const auto& [scene, consequence] :
+         {std::pair(camera() + settings, "; </Cam> is used"),
+          std::pair(settings, "; one that frames the scene is used")}) {
+        Translated t;
+        TranslateOptions options;
+        options.settings = "/S";
+        translate_text(scene, t, options);
+        EXPECT_NE(t.messages("unknown-camera").find(consequence), std::string::npos)
+            << t.messages("unknown-camera");
+    }
+}
+
 TEST(Camera, FramingCameraSeesEveryPoint) {
     Translated t;
     translate_text(

@@ -54,6 +54,18 @@ void warn_idle_expression(Context& ctx, Prim light, const std::string& collectio
                              collection));
 }
 
+/// Names collections that are to be excluded: in USD only prims can be.
+void warn_excluded_collections(Context& ctx, Prim light, const std::string& collection) {
+    const auto excludes = light.relationship("collection:" + collection + ":excludes");
+    for (const Path& path : excludes.targets())
+        if (path.to_string().find(".collection:") != std::string::npos)
+            ctx.diagnostics.warn(
+                "excluded-collection", excludes.loc(), light.path_string(),
+                fmt::format("{} excludes the collection <{}>; USD excludes prims only, and this "
+                            "has no effect",
+                            collection, path.to_string()));
+}
+
 Path map_path(const LinkPathMapping& place, Path path) {
     return place.read.is_empty() ? path : path.replace_prefix(place.read, place.placed);
 }
@@ -485,10 +497,12 @@ bool note_linking(Context& ctx, Prim light) {
     for (const char* collection : {"lightLink", "shadowLink"}) {
         is_any = is_linked(ctx, light, collection) || is_any;
         warn_idle_expression(ctx, light, collection);
+        warn_excluded_collections(ctx, light, collection);
     }
     for (const Prim filter : lights::filter_prims(ctx, light)) {
         is_any = is_linked(ctx, filter, "filterLink") || is_any;
         warn_idle_expression(ctx, filter, "filterLink");
+        warn_excluded_collections(ctx, filter, "filterLink");
     }
     bool& is_kept = ctx.state<LinkPathMappings>().is_kept;
     is_kept = is_kept || is_any;

@@ -127,6 +127,19 @@ TEST(Linking, FollowsPathExpressions) {
     EXPECT_EQ(t.count("idle-membership-expression"), 1u);
 }
 
+TEST(Linking, ExcludedCollectionsAreNamedAndExcludeNothing) {
+    Translated t;
+    translate_text(
+        camera() + shelf() +
+            light("L",
+                  "rel collection:lightLink:excludes = [</L.collection:set>, </Shelf/A>]\n"
+                  "rel collection:set:includes = </Shelf/Box>\n"
+                  "uniform token collection:set:expansionRule = \"expandPrims\""),
+        t);
+    EXPECT_EQ(t.count("excluded-collection"), 1u);
+    EXPECT_NE(t.messages("excluded-collection").find("</L.collection:set>"), std::string::npos);
+}
+
 TEST(Linking, OfEverythingByNameIsNoLinking) {
     Translated t;
     translate_text(camera() + shelf() +
