@@ -11,8 +11,10 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <filesystem>
 #include <system_error>
+#include <thread>
 #include <utility>
 
 namespace velatura {
@@ -76,6 +78,17 @@ Result<OutputLock> OutputLock::take(const std::string& path) {
         Error error{"output-locked", fmt::format("{} is being rendered by {}", path, holder(fd))};
         ::close(fd);
         return error;
+    }
+}
+
+Result<OutputLock> OutputLock::wait_for(const std::string& path, double seconds) {
+    using Clock = std::chrono::steady_clock;
+    const Clock::time_point begin = Clock::now();
+    for (;;) {
+        Result<OutputLock> lock = take(path);
+        if (lock || lock.error().code != "output-locked") return lock;
+        if (std::chrono::duration<double>(Clock::now() - begin).count() >= seconds) return lock;
+        std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }
 }
 

@@ -18,6 +18,9 @@ class OutputLock {
     /// folder.
     static Result<OutputLock> take(const std::string& path);
 
+    /// The same, once who holds it lets go. Errors: as of take(), "output-locked" after `seconds`.
+    static Result<OutputLock> wait_for(const std::string& path, double seconds);
+
     OutputLock(OutputLock&& other) noexcept;
     OutputLock& operator=(OutputLock&&) = delete;
     ~OutputLock();

@@ -68,6 +68,13 @@ bool write_picture(const Job& job, size_t frame, const std::string& image) {
     return run_quietly(job, frame, std::move(words));
 }
 
+/// What a preview leaves beside its picture.
+void remove_interim(const Job& job, size_t frame) {
+    std::error_code ignored;
+    std::filesystem::remove(job.preview_file(frame, ".exr"), ignored);
+    std::filesystem::remove(job.preview_file(frame, ".json"), ignored);
+}
+
 }  // namespace
 
 std::optional<Preview> read_preview(const Job& job, size_t frame) {
@@ -121,6 +128,11 @@ Result<bool> renew_preview(const Job& job, size_t frame) {
     for (const size_t i : run->pieces) words.push_back(job.part_file(i));
     words.insert(words.end(), {"-o", image});
     if (!run_quietly(job, frame, std::move(words))) return false;
+    // While it was merged, the image of as many samples may have been
+    if (!is_worthwhile(*run)) {
+        remove_interim(job, frame);
+        return false;
+    }
     json j = {{"schema", preview_schema}, {"samples", {run->first, run->end}}};
     if (const auto error = stated_error(image, run->samples())) {
         j["error"] = error->error;
@@ -133,10 +145,12 @@ Result<bool> renew_preview(const Job& job, size_t frame) {
 
 void finish_preview(const Job& job, size_t frame) {
     if (!job.has_previews || job.pieces_of(frame).size() < 2) return;
+    // A preview that is made now is to come before the picture of the image; without the lock that
+    // of a machine that hangs may come later
+    constexpr double longest_s = 600;
+    const auto lock = OutputLock::wait_for(job.preview_file(frame, ".json"), longest_s);
     (void)write_picture(job, frame, job.outputs[frame]);
-    std::error_code ignored;
-    std::filesystem::remove(job.preview_file(frame, ".exr"), ignored);
-    std::filesystem::remove(job.preview_file(frame, ".json"), ignored);
+    remove_interim(job, frame);
 }
 
 }  // namespace velatura::farm
