@@ -15,6 +15,8 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <optional>
+#include <utility>
 #include <vector>
 
 namespace velatura::farm {
@@ -44,17 +46,22 @@ bool has_option(const Job& job, std::string_view name) {
     });
 }
 
+/// Whether the job gives an option this value, as "--name=value" or as two words.
+bool has_value(const Job& job, const std::string& name, std::string_view value) {
+    for (size_t i = 0; i < job.options.size(); ++i)
+        if (job.options[i] == fmt::format("{}={}", name, value) ||
+            (job.options[i] == name && i + 1 < job.options.size() && job.options[i + 1] == value))
+            return true;
+    return false;
+}
+
 /// The part that holds the first samples of a frame, with the rates that adaptive sampling found
 /// there; empty while it is not done, or where it has none. Others then trace no pilot samples.
 std::string rates_part(const Job& job, size_t index) {
     const std::vector<size_t> pieces = job.pieces_of(job.pieces[index].frame);
     const size_t first = pieces.front();
     if (first == index || job.pieces[first].end <= pilot_samples) return {};
-    for (size_t i = 0; i < job.options.size(); ++i)
-        if (job.options[i] == "--adaptive=off" ||
-            (job.options[i] == "--adaptive" && i + 1 < job.options.size() &&
-             job.options[i + 1] == "off"))
-            return {};
+    if (has_value(job, "--adaptive", "off")) return {};
     const Result<PieceState> state = read_piece(job, first);
     const bool is_there =
         state && state->state == State::Done && problem_of_part(job, first, *state).empty();
@@ -77,7 +84,7 @@ std::vector<std::string> command_of(const Job& job, size_t index, const RunOptio
     if (const std::string rates = rates_part(job, index); !rates.empty())
         words.push_back("--rates-from=" + rates);
     // A node that lacks a file is to say so at once, not after hours
-    if (!has_option(job, "--missing-assets") && !has_option(job, "--require-assets"))
+    if (!has_value(job, "--missing-assets", "ignore") && !has_option(job, "--require-assets"))
         words.emplace_back("--require-assets");
     for (std::string word :
          {fmt::format("--samples={}:{}", piece.first, piece.end),
@@ -261,6 +268,22 @@ Error no_part(const std::string& why) {
     return {"farm-part", why};
 }
 
+/// Samples [first, end) that a part was to have; nothing: its header does not say so.
+std::optional<std::pair<uint64_t, uint64_t>> range_of(const std::string& file) {
+    const auto reader = image::ExrReader::open(file);
+    const auto header = reader ? layers::read_layer_header(reader->header())
+                               : Result<layers::LayerHeader>(reader.error());
+    if (!header) return std::nullopt;
+    const auto j = nlohmann::json::parse(
+        layers::file_info_of(reader->header(), *header).settings_json, nullptr, false);
+    if (!j.is_object() || !j.contains("part") || !j["part"].is_object()) return std::nullopt;
+    const auto samples = j["part"].value("samples", nlohmann::json());
+    if (!samples.is_array() || samples.size() != 2 || !samples[0].is_number_unsigned() ||
+        !samples[1].is_number_unsigned())
+        return std::nullopt;
+    return std::pair(samples[0].get<uint64_t>(), samples[1].get<uint64_t>());
+}
+
 /// SHA-256 and length of a file. Errors: "farm-part".
 Result<Part> digest_file(const std::string& file) {
     std::ifstream stream(file, std::ios::binary);
@@ -316,6 +339,10 @@ std::string problem_of_part(const Job& job, size_t piece, const PieceState& stat
     if (!found) return found.error().message;
     if (found->sha256 != state.part->sha256)
         return fmt::format("{} is damaged: other bytes than were written", file);
+    const Piece& p = job.pieces[piece];
+    if (const auto range = range_of(file); range && *range != std::pair(p.first, p.end))
+        return fmt::format("{} has samples {}:{}, the piece {}:{}", file, range->first,
+                           range->second, p.first, p.end);
     return {};
 }
 

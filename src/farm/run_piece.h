@@ -36,8 +36,8 @@ Result<PieceState> run_piece(const Job& job, size_t piece, const RunOptions& opt
 /// part).
 Result<Part> inspect_part(const std::string& file);
 
-/// Why the part of a piece that is done cannot be merged; empty if it can: missing, or not the file
-/// that was written. Reads all of it.
+/// Why the part of a piece that is done cannot be merged; empty if it can: missing, not the file
+/// that was written, or of other samples. Reads all of it.
 std::string problem_of_part(const Job& job, size_t piece, const PieceState& state);
 
 /// What the engine calls this machine and this task: $SLURMD_NODENAME …, else the host name and "".
