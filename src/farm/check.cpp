@@ -117,6 +117,13 @@ void render(const Job& job, MachineCheck& check) {
     fs::remove(image, ignored);
 }
 
+/// Why a machine cannot be compared; empty: it can.
+std::string problem_of(const MachineCheck& check) {
+    return check.problem.empty() && check.pixels.empty()
+               ? "its pixels are not known: velatura-comp info --hash failed there"
+               : check.problem;
+}
+
 /// What must be equal: names and values.
 std::map<std::string, std::string> facts_of(const MachineCheck& check) {
     std::map<std::string, std::string> facts = {
@@ -195,11 +202,11 @@ std::vector<std::string> differing_machines(const Job& job,
     std::vector<std::string> lines;
     std::map<std::string, std::map<std::string, size_t>> counts;
     for (const MachineCheck& check : checks)
-        if (check.problem.empty())
+        if (problem_of(check).empty())
             for (const auto& [name, value] : facts_of(check)) ++counts[name][value];
     for (const MachineCheck& check : checks) {
-        if (!check.problem.empty()) {
-            lines.push_back(fmt::format("{}: {}", check.node, check.problem));
+        if (const std::string problem = problem_of(check); !problem.empty()) {
+            lines.push_back(fmt::format("{}: {}", check.node, problem));
             continue;
         }
         if (check.build != job.build)

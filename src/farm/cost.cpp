@@ -45,8 +45,9 @@ std::optional<FrameCost> expected_cost(const Job& job,
 }
 
 uint64_t range_count(const FrameCost& cost, uint64_t samples, double piece_time_s) {
-    const double trace_s = std::max(piece_time_s - cost.start_s, cost.start_s);
-    const double wanted = std::ceil(double(samples) * cost.sample_s / trace_s - 0.25);
+    const double left_s = piece_time_s - cost.start_s;
+    const double count = double(samples) * cost.sample_s / std::max(left_s, cost.start_s);
+    const double wanted = left_s < cost.start_s ? std::floor(count) : std::ceil(count - 0.25);
     return std::clamp<uint64_t>(wanted > 1 ? uint64_t(std::min(wanted, 1e6)) : 1, 1,
                                 std::max<uint64_t>(samples, 1));
 }

@@ -27,8 +27,9 @@ std::optional<FrameCost> expected_cost(const Job& job,
                                        const std::vector<PieceState>& states,
                                        size_t frame);
 
-/// Into how many ranges samples are split so that each takes about `piece_time_s`, but no less than
-/// twice what its start takes.
+/// Into how many ranges samples are split so that each takes about `piece_time_s`. Where that is
+/// less than twice what a start takes, the samples of a range take as long as its start, or longer,
+/// in the mean.
 uint64_t range_count(const FrameCost& cost, uint64_t samples, double piece_time_s);
 
 }  // namespace velatura::farm
