@@ -7,6 +7,7 @@
 #include "app/stop_signals.h"
 #include "base/atomic_file.h"
 #include "base/frames.h"
+#include "base/output_lock.h"
 #include "base/tasks.h"
 #include "farm/check.h"
 #include "farm/engine.h"
@@ -27,6 +28,8 @@
 #include <chrono>
 #include <csignal>
 #include <memory>
+#include <optional>
+#include <set>
 #include <string>
 #include <thread>
 #include <utility>
@@ -51,15 +54,12 @@ void warn_of_targets(const farm::Job& job, const farm::JobStatus& status) {
         const std::string& limit = status.limits[frame];
         if (e && e->error > job.target_error)
             fmt::print(stderr,
-                       "warning: {}: error {:.3g} %, target {:.3g} %, at the limit of {}; raise {} "
-                       "[budget]\n",
+                       "warning: {}: error {:.3g} %, target {:.3g} %, at the limit of {}; a new "
+                       "job with a higher {} gets further [budget]\n",
                        job.outputs[frame], 100 * e->error, 100 * job.target_error,
                        limit.empty() ? fmt::format("{} samples per pixel", e->spp)
                                      : fmt::format("{} after {} samples per pixel", limit, e->spp),
                        limit.empty() ? "--spp" : limit);
-        else if (!e)
-            fmt::print(stderr, "warning: {}: its error is not known [budget]\n",
-                       job.outputs[frame]);
     }
 }
 
@@ -120,16 +120,28 @@ int run_here(const farm::Job& job, bool is_quiet) {
     return end_of_folder(job.folder, is_quiet);
 }
 
+/// For who adds pieces to a job, or gives some to its engine: one at a time.
+Result<OutputLock> lock_rounds(const farm::Job& job) {
+    constexpr double longest_s = 600;
+    return OutputLock::wait_for(job.path("rounds.json"), longest_s);
+}
+
 /// Gives what lacks of a job to its engine.
-int start_job(const farm::Job& job, bool is_quiet) {
-    if (job.engine == farm::Engine::Local) return run_here(job, is_quiet);
-    const auto states = farm::read_pieces(job);
+int start_job(const farm::Job& given, bool is_quiet) {
+    if (given.engine == farm::Engine::Local) return run_here(given, is_quiet);
+    const Result<OutputLock> lock = lock_rounds(given);
+    if (!lock) return fail(lock.error());
+    const Result<farm::Job> job = farm::read_job(given.folder);
+    if (!job) return fail(job.error());
+    const auto states = farm::read_pieces(*job);
     if (!states) return fail(states.error());
+    const auto held = farm::held_pieces(*job).value_or(std::set<size_t>());
     std::vector<size_t> pieces;
     for (size_t i = 0; i < states->size(); ++i)
-        if ((*states)[i].state != farm::State::Done && (*states)[i].state != farm::State::Running)
+        if ((*states)[i].state != farm::State::Done && (*states)[i].state != farm::State::Running &&
+            !held.contains(i))
             pieces.push_back(i);
-    const auto submitted = farm::submit_pieces(job, pieces);
+    const auto submitted = farm::submit_pieces(*job, pieces);
     if (!submitted) return fail(submitted.error());
     if (!is_quiet) fmt::print("{}\n", *submitted);
     return Done;
@@ -311,11 +323,24 @@ int run_pieces(const TaskArguments& a) {
 int resubmit(const farm::Job& job) {
     const auto states = farm::read_pieces(job);
     if (!states) return fail(states.error());
+    const std::optional<std::set<size_t>> held = farm::held_pieces(job);
     std::vector<size_t> pieces;
+    size_t held_count = 0;
     for (size_t i = 0; i < states->size(); ++i) {
-        const farm::State s = (*states)[i].state;
-        if (s == farm::State::Canceled) return end_of(job, false);
-        if (s != farm::State::Done && s != farm::State::GaveUp) pieces.push_back(i);
+        const farm::PieceState& s = (*states)[i];
+        if (s.state == farm::State::Canceled) return end_of(job, false);
+        if (s.state == farm::State::Done || s.state == farm::State::GaveUp) continue;
+        // A task that the engine does not have any more is dead, whatever its file says
+        const bool is_alive =
+            s.state == farm::State::Running && (!held || s.attempts.back().task.empty());
+        if (is_alive || (held && held->contains(i)))
+            ++held_count;
+        else
+            pieces.push_back(i);
+    }
+    if (pieces.empty() && held_count > 0) {
+        fmt::print("{} pieces wait or run already, with a merge behind them\n", held_count);
+        return Done;
     }
     if (pieces.empty()) return end_of(job, false);
     const auto submitted = farm::submit_pieces(job, pieces);
@@ -324,8 +349,21 @@ int resubmit(const farm::Job& job) {
     return Done;
 }
 
+/// Gives further pieces to the engine, or ends the job.
+int next_round(const farm::Job& given) {
+    const Result<OutputLock> lock = lock_rounds(given);
+    if (!lock) return fail(lock.error());
+    // Another merge may have added pieces
+    Result<farm::Job> job = farm::read_job(given.folder);
+    if (!job) return fail(job.error());
+    const auto round = farm::add_round(*job);
+    if (!round) return fail(round.error());
+    if (!round->empty()) fmt::print("{}\n", round_text(*job, *round));
+    return resubmit(*job);
+}
+
 int run_merge(const TaskArguments& a) {
-    Result<farm::Job> job = farm::read_job(a.job);
+    const Result<farm::Job> job = farm::read_job(a.job);
     if (!job) return fail(job.error());
     const StopSignals signals;
     const TaskProgress progress(*job, a.progress == "openjd");
@@ -333,12 +371,7 @@ int run_merge(const TaskArguments& a) {
         progress.fail(merged.error().message);
         return fail(merged.error());
     }
-    if (a.resubmits) {
-        const auto round = farm::add_round(*job);
-        if (!round) return fail(round.error());
-        if (!round->empty()) fmt::print("{}\n", round_text(*job, *round));
-    }
-    const int code = a.resubmits ? resubmit(*job) : end_of(*job, false);
+    const int code = a.resubmits ? next_round(*job) : end_of(*job, false);
     if (code != Done) progress.fail("pieces are missing; see the log of the merge");
     return code;
 }

@@ -23,6 +23,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -129,7 +130,25 @@ Result<std::vector<std::string>> engine_options(const SubmitArguments& a, farm::
     return words;
 }
 
-/// When a frame is done and how it is split. Errors: "usage", "file-not-found".
+/// Errors: "bad-preset".
+Result<void> check_preset(const std::string& file) {
+    std::string why;
+    farm::ProcessRequest request;
+    // The compositor reads presets; this program includes nothing of it
+    request.arguments = {farm::compositor_program(), "preset", "diff", file, file};
+    request.on_line = [&](std::string_view line) {
+        constexpr std::string_view begin = "error: ", end = " [bad-preset]";
+        if (!why.empty() || !line.starts_with(begin)) return;
+        why = line.substr(begin.size());
+        if (why.ends_with(end)) why.resize(why.size() - end.size());
+    };
+    const Result<farm::ProcessResult> ended = farm::run_process(request);
+    if (!ended) return ended.error();
+    if (ended->code == 0) return {};
+    return Error{"bad-preset", why.empty() ? fmt::format("{} cannot be read", file) : why};
+}
+
+/// When a frame is done and how it is split. Errors: "usage", "file-not-found", "bad-preset".
 Result<void> choose_rounds(const SubmitArguments& a,
                            const integrator::RenderOptions& schedule,
                            farm::Job& job) {
@@ -166,6 +185,7 @@ Result<void> choose_rounds(const SubmitArguments& a,
         job.mix = fs::absolute(a.render.for_mix).lexically_normal().string();
         if (!fs::is_regular_file(job.mix))
             return Error{"file-not-found", fmt::format("{} not found", job.mix)};
+        if (const auto ok = check_preset(job.mix); !ok) return ok.error();
     }
     if (has_auto_pieces && can_add) job.piece_time_s = *piece_time;
     const auto ranges = piece_count(a, job.spp);
@@ -205,7 +225,7 @@ Result<std::vector<std::string>> frames_of(const RenderArguments& a) {
     return frames;
 }
 
-/// Errors: "usage", "file-not-found".
+/// Errors: "usage", "file-not-found", "bad-preset".
 Result<farm::Job> make_job(const SubmitArguments& a, const Command& command) {
     for (const char* name : refused_options)
         if (command.find_option(name).count() > 0)
@@ -266,7 +286,7 @@ Result<farm::Job> make_job(const SubmitArguments& a, const Command& command) {
 int run_submit(const SubmitArguments& a,
                const Command& command,
                const std::function<int(const farm::Job&, bool)>& start) {
-    const Result<farm::Job> job = make_job(a, command);
+    Result<farm::Job> job = make_job(a, command);
     if (!job) return fail(job.error());
     if (const Result<void> made = farm::create_job(*job); !made) return fail(made.error());
     if (!a.render.quiet) {

@@ -199,6 +199,10 @@ Result<std::string> submit_pieces(const Job& job, const std::vector<size_t>& pie
     return std::string();
 }
 
+std::optional<std::set<size_t>> held_pieces(const Job& job) {
+    return job.engine == Engine::Slurm ? held_by_slurm(job) : std::set<size_t>();
+}
+
 Result<void> cancel_tasks(const Job& job) {
     return job.engine == Engine::Slurm ? cancel_slurm(job) : Result<void>();
 }

@@ -5,6 +5,8 @@
 #include "farm/job.h"
 
 #include <cstddef>
+#include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,6 +18,10 @@ namespace velatura::farm {
 /// installed), "io-write".
 Result<std::string> submit_pieces(const Job& job, const std::vector<size_t>& pieces);
 
+/// Pieces that wait or run in an engine by an earlier submit_pieces(); nothing: the engine does not
+/// say so. Of engines that are given files none are known.
+std::optional<std::set<size_t>> held_pieces(const Job& job);
+
 /// Takes what is left of a job from its engine. Errors: "farm-engine".
 Result<void> cancel_tasks(const Job& job);
 
@@ -25,6 +31,7 @@ bool requeue_this_task();
 
 /// Of one engine each: Slurm's commands, and files to hand to Open Job Description and OpenCue.
 Result<std::string> submit_to_slurm(const Job& job, const std::vector<size_t>& pieces);
+std::optional<std::set<size_t>> held_by_slurm(const Job& job);
 Result<void> cancel_slurm(const Job& job);
 
 /// What these write.

@@ -24,6 +24,8 @@ using json = nlohmann::ordered_json;
 
 constexpr const char* job_schema = "velatura.farm.job/1";
 constexpr const char* rounds_schema = "velatura.farm.rounds/1";
+constexpr const char* preset_name =
+    "preset.json";  // in the folder: machines can mount it elsewhere
 
 struct EngineName {
     Engine engine;
@@ -71,7 +73,7 @@ std::string to_json(const Job& job) {
         j["max_spp"] = job.max_spp;
         j["max_wall_s"] = job.max_wall_s;
         j["max_cpu_s"] = job.max_cpu_s;
-        j["mix"] = job.mix;
+        j["mix"] = job.mix.empty() ? "" : preset_name;
     }
     return with_pieces(j, job.pieces);
 }
@@ -202,10 +204,11 @@ uint64_t Job::spp_of(size_t frame) const {
 }
 
 std::vector<Piece> split_samples(uint64_t start, uint64_t last, uint64_t count) {
-    const uint64_t end = last - start;
+    const uint64_t end = std::max(start, last) - start;
     count = std::clamp<uint64_t>(count, 1, std::max<uint64_t>(end, 1));
     const uint64_t step = std::max<uint64_t>(1, std::bit_floor(std::max<uint64_t>(end / count, 1)));
     std::vector<Piece> pieces;
+    if (end == 0) return pieces;
     uint64_t first = 0;
     for (uint64_t i = 1; i <= count; ++i) {
         // The multiple of the largest power of two that is at most half a piece away
@@ -229,7 +232,7 @@ uint64_t default_pieces(uint64_t samples, size_t frames) {
     return frames > 1 ? 1 : std::clamp<uint64_t>(samples / 32, 1, 16);
 }
 
-Result<void> create_job(const Job& job) {
+Result<void> create_job(Job& job) {
     std::error_code error;
     if (fs::exists(job.path("job.json"), error))
         return Error{
@@ -242,6 +245,13 @@ Result<void> create_job(const Job& job) {
         if (error)
             return Error{"io-write",
                          fmt::format("cannot make {}: {}", job.path(folder), error.message())};
+    }
+    if (!job.mix.empty()) {
+        const Result<std::string> preset = read_file(job.mix);
+        if (!preset) return preset.error();
+        if (const auto ok = write_file_atomically(job.path(preset_name), *preset); !ok)
+            return ok.error();
+        job.mix = job.path(preset_name);
     }
     return write_file_atomically(job.path("job.json"), to_json(job));
 }
@@ -278,6 +288,7 @@ Result<Job> read_job(const std::string& folder) {
         }
         job.folder = fs::absolute(folder).lexically_normal().string();
         while (job.folder.size() > 1 && job.folder.back() == '/') job.folder.pop_back();
+        if (!job.mix.empty()) job.mix = job.path(job.mix);
         return job;
     } catch (const std::exception& e) {
         return Error{"farm-job", fmt::format("{} is damaged: {}", damaged, e.what())};

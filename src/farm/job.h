@@ -75,7 +75,8 @@ struct Job {
     uint64_t spp_of(size_t frame) const;
 };
 
-/// Splits samples [first, end) into at most `count` ranges of about the same length. Bounds are
+/// Splits samples [first, end) into at most `count` ranges of about the same length; an empty one
+/// into none. Bounds are
 /// multiples of a power of two as large as is possible: sums of such ranges are small.
 std::vector<Piece> split_samples(uint64_t first, uint64_t end, uint64_t count);
 
@@ -83,8 +84,10 @@ std::vector<Piece> split_samples(uint64_t first, uint64_t end, uint64_t count);
 /// up to 16 of 32 samples or more.
 uint64_t default_pieces(uint64_t samples, size_t frames);
 
-/// Makes the folder of a job with its file. Errors: "farm-job" (there is one already), "io-write".
-Result<void> create_job(const Job& job);
+/// Makes the folder of a job with its file. The preset of Job::mix is copied into it, which then
+/// names the copy: rounds of another day have the goal that was submitted. Errors: "farm-job"
+/// (there is one already), "io-write", those of read_file.
+Result<void> create_job(Job& job);
 
 /// Adds pieces to a job that exists, behind those that it has: another round. Errors: "io-write".
 Result<void> add_pieces(Job& job, const std::vector<Piece>& pieces);

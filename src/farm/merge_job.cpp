@@ -110,7 +110,8 @@ std::vector<ErrorAt> errors_from(const json& list) {
 }
 
 /// The error of the mix of the job's preset, as `velatura-comp noise` predicts it from the halves.
-std::optional<ErrorAt> error_of_mix(const Job& job, size_t frame, uint64_t spp) {
+/// `why`: the error line of that program, where it has one.
+std::optional<ErrorAt> error_of_mix(const Job& job, size_t frame, uint64_t spp, std::string& why) {
     std::string printed;
     ProcessRequest request;
     request.arguments = {compositor_program(), "noise", job.outputs[frame],
@@ -120,6 +121,7 @@ std::optional<ErrorAt> error_of_mix(const Job& job, size_t frame, uint64_t spp) 
         // Warnings stand before the object and behind it
         const bool is_inside = !printed.empty() && !printed.ends_with("\n}\n");
         if (line == "{" || is_inside) printed += std::string(line) + "\n";
+        if (why.empty() && line.starts_with("error: ")) why = line;
     };
     const Result<ProcessResult> ended = run_process(request);
     if (!ended || ended->code != 0) return std::nullopt;
@@ -152,15 +154,20 @@ Result<FrameResult> merge(const Job& job, size_t frame, const std::vector<size_t
     };
     const Result<ProcessResult> ended = run_process(request);
     if (!ended) return ended.error();
+    if (ended->code == 0) printed.clear();
     result.wall_s = ended->wall_s;
     if (ended->code != 0)
         result.problem = fmt::format("the merge of {} ended with exit code {}{}", result.output,
                                      ended->code, printed.empty() ? "" : ": " + printed);
     else if (const auto error = job.mix.empty() ? stated_error(result.output, result.spp)
-                                                : error_of_mix(job, frame, result.spp))
+                                                : error_of_mix(job, frame, result.spp, printed))
         result.errors.push_back(*error);
+    else if (job.target_error > 0)
+        result.problem =
+            fmt::format("the error of {} is not known at {} samples per pixel{}", result.output,
+                        result.spp, printed.empty() ? "" : ": " + printed);
     if (const auto ok = write_result(job, frame, result); !ok) return ok.error();
-    if (!result.problem.empty()) return Error{"farm-merge", result.problem};
+    if (ended->code != 0) return Error{"farm-merge", result.problem};
     finish_preview(job, frame);
     return result;
 }

@@ -23,12 +23,15 @@ struct ErrorAt {
 /// What became of a frame.
 struct FrameResult {
     std::string output;
-    std::string problem;          ///< why the merge failed; empty: the output is written
+    std::string problem;          ///< why the merge failed, or its error is not known; empty: done
     std::string sha256;           ///< of all pixel data, as `velatura-comp merge` prints it
     double wall_s = 0;            ///< of the merge
     uint64_t spp = 0;             ///< samples of each pixel that were merged
-    std::vector<ErrorAt> errors;  ///< of the rounds so far, the last one of this image
+    std::vector<ErrorAt> errors;  ///< of the rounds so far
     std::string limit;            ///< which limit of the job allows no further round; empty: none
+
+    /// Whether the last error is that of this image: a merge may not find one.
+    bool has_error() const { return !errors.empty() && errors.back().spp == spp; }
 };
 
 /// Nothing: no merge of the samples that the frame's pieces have now has ended, or its output is
@@ -45,9 +48,10 @@ Result<void> write_result(const Job& job, size_t frame, const FrameResult& resul
 std::optional<ErrorAt> stated_error(const std::string& file, uint64_t spp);
 
 /// Merges the parts of a frame into its output, once each is found to be the file that was written,
-/// with the scene and settings of the others; a part that is not fails its piece. Returns: nothing
-/// where pieces are missing, or not all samples have pieces yet. Errors: "farm-merge" (the merge
-/// itself fails), "farm-piece", "io-write".
+/// with the scene and settings of the others; a part that is not fails its piece. Where the job has
+/// a target and the error of the image is not known, that is a problem of the result. Returns:
+/// nothing where pieces are missing, or not all samples have pieces yet. Errors: "farm-merge" (the
+/// merge itself fails), "farm-piece", "io-write".
 Result<std::optional<FrameResult>> merge_frame(const Job& job, size_t frame);
 
 /// The same of a frame of several, by the piece that ended last: a merge task would do one frame

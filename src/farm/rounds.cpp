@@ -2,7 +2,6 @@
 #include "farm/rounds.h"
 
 #include "farm/cost.h"
-#include "farm/piece_state.h"
 
 #include <algorithm>
 #include <bit>
@@ -62,10 +61,12 @@ bool are_done(const Job& job, const std::vector<PieceState>& states, size_t fram
 /// What each frame lacks, limits aside.
 Result<std::vector<Addition>> wanted(const Job& job, const std::vector<PieceState>& states) {
     // Frames without pieces are split by the cost of those that have some
-    bool is_measured = true;
-    for (size_t i = 0; i < states.size(); ++i)
-        is_measured =
-            is_measured && (states[i].state == State::Done || states[i].state == State::GaveUp);
+    const auto count = [&](State state) {
+        return size_t(std::count_if(states.begin(), states.end(),
+                                    [&](const PieceState& s) { return s.state == state; }));
+    };
+    const size_t done = count(State::Done);
+    const bool is_measured = done > 0 && done + count(State::GaveUp) == states.size();
     std::vector<Addition> additions;
     for (size_t frame = 0; frame < job.frames.size(); ++frame) {
         const uint64_t had = job.spp_of(frame);
@@ -76,8 +77,9 @@ Result<std::vector<Addition>> wanted(const Job& job, const std::vector<PieceStat
         }
         const auto result = read_result(job, frame);
         if (!result) return result.error();
-        if (*result && needs_samples(job, **result))
-            additions.push_back({frame, had, next_spp(job, **result), **result});
+        if (!*result || !needs_samples(job, **result)) continue;
+        if (const uint64_t end = next_spp(job, **result); end > had)
+            additions.push_back({frame, had, end, **result});
     }
     return additions;
 }
@@ -183,7 +185,7 @@ double error_by_rounds(const std::vector<ErrorAt>& errors) {
 }
 
 bool needs_samples(const Job& job, const FrameResult& result) {
-    if (job.target_error <= 0 || result.errors.empty() || !result.limit.empty()) return false;
+    if (job.target_error <= 0 || !result.has_error() || !result.limit.empty()) return false;
     return error_by_rounds(result.errors) > job.target_error &&
            result.errors.back().spp < job.max_spp;
 }
@@ -199,6 +201,12 @@ uint64_t next_spp(const Job& job, const FrameResult& result) {
     // Each round costs the start of its pieces and a merge
     const uint64_t least = std::max<uint64_t>(1, last.spp / 8);
     return std::min(std::max(spp, last.spp + least), job.max_spp);
+}
+
+Result<bool> lacks_pieces(const Job& job, const std::vector<PieceState>& states) {
+    const Result<std::vector<Addition>> additions = wanted(job, states);
+    if (!additions) return additions.error();
+    return !additions->empty();
 }
 
 Result<std::vector<size_t>> add_round(Job& job) {

@@ -4,6 +4,7 @@
 #include "base/result.h"
 #include "farm/job.h"
 #include "farm/merge_job.h"
+#include "farm/piece_state.h"
 
 #include <cstdint>
 #include <vector>
@@ -24,8 +25,9 @@ std::vector<Piece> first_round(const Job& job);
 /// Without an interval, that of the last one. Needs an error.
 double error_by_rounds(const std::vector<ErrorAt>& errors);
 
-/// Whether a merged frame needs more samples for the target of its job: its error is above it, it
-/// has fewer than Job::max_spp, and no limit of the job has ended its rounds.
+/// Whether a merged frame needs more samples for the target of its job: the error of its image is
+/// known and above it, it has fewer than Job::max_spp, and no limit of the job has ended its
+/// rounds.
 bool needs_samples(const Job& job, const FrameResult& result);
 
 /// Samples of each pixel for which a frame is expected to reach the target: at most 4 times those
@@ -33,6 +35,10 @@ bool needs_samples(const Job& job, const FrameResult& result);
 /// takes them. Errors fall by
 /// a power of the samples between -0.5 and -0.75 (statistics::ErrorCurve).
 uint64_t next_spp(const Job& job, const FrameResult& result);
+
+/// Whether a frame lacks samples that add_round() adds, limits aside. Errors: "farm-piece" (damaged
+/// file).
+Result<bool> lacks_pieces(const Job& job, const std::vector<PieceState>& states);
 
 /// Adds pieces to each frame that lacks samples of Job::spp and whose pieces are done, and to each
 /// that is merged and needs samples for the target, as far as the limits of the job allow. Returns:

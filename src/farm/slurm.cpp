@@ -5,12 +5,16 @@
 #include "farm/process.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <map>
+#include <optional>
+#include <set>
 #include <sstream>
+#include <utility>
 
 namespace velatura::farm {
 
@@ -79,19 +83,32 @@ std::string tasks_file(const Job& job) {
     return job.path("slurm/tasks");
 }
 
-/// Numbers of all that was submitted, a line each.
-std::vector<std::string> submitted(const Job& job) {
-    std::vector<std::string> numbers;
+/// What was given to Slurm: an array of pieces, or a merge.
+struct Submission {
+    std::string number;
+    std::optional<size_t> first;  ///< the piece that is task 0 of the array; nothing: a merge
+};
+
+/// All that was submitted: "17 1000" is an array, "18" a merge.
+std::vector<Submission> submitted(const Job& job) {
+    std::vector<Submission> all;
     std::ifstream file(tasks_file(job));
-    for (std::string number; std::getline(file, number);)
-        if (!number.empty()) numbers.push_back(number);
-    return numbers;
+    for (std::string line; std::getline(file, line);) {
+        std::istringstream words(line);
+        Submission s;
+        if (!(words >> s.number)) continue;
+        if (size_t first = 0; words >> first) s.first = first;
+        all.push_back(std::move(s));
+    }
+    return all;
 }
 
-Result<void> note(const Job& job, const std::vector<std::string>& numbers) {
+Result<void> note(const Job& job, const Submission& added) {
+    std::vector<Submission> all = submitted(job);
+    all.push_back(added);
     std::string text;
-    for (const std::string& number : submitted(job)) text += number + "\n";
-    for (const std::string& number : numbers) text += number + "\n";
+    for (const Submission& s : all)
+        text += s.number + (s.first ? fmt::format(" {}", *s.first) : "") + "\n";
     return write_file_atomically(tasks_file(job), text);
 }
 
@@ -150,24 +167,47 @@ Result<std::string> submit_to_slurm(const Job& job, const std::vector<size_t>& p
         const Result<std::string> number = submit(slurm_array_command(job, pieces, first));
         if (!number) return number.error();
         tasks.push_back(*number);
-        if (const auto ok = note(job, {*number}); !ok) return ok.error();
+        if (const auto ok = note(job, {*number, first}); !ok) return ok.error();
     }
     std::vector<std::string> words = slurm_merge_command(job, tasks);
     if (tasks.empty())
         std::erase_if(words, [](const auto& w) { return w.starts_with("--depend"); });
     const Result<std::string> merge = submit(words);
     if (!merge) return merge.error();
-    if (const auto ok = note(job, {*merge}); !ok) return ok.error();
+    if (const auto ok = note(job, {*merge, std::nullopt}); !ok) return ok.error();
     return fmt::format("Slurm: pieces {}, merge {}",
                        tasks.empty() ? "none" : fmt::format("{}", fmt::join(tasks, ",")), *merge);
 }
 
 Result<void> cancel_slurm(const Job& job) {
     std::vector<std::string> words = {"scancel"};
-    for (const std::string& number : submitted(job)) words.push_back(number);
+    for (const Submission& s : submitted(job)) words.push_back(s.number);
     if (words.size() == 1) return {};
     const Result<std::string> printed = call(std::move(words));
     return printed ? Result<void>() : Result<void>(printed.error());
+}
+
+std::optional<std::set<size_t>> held_by_slurm(const Job& job) {
+    std::map<std::string, size_t> arrays;
+    for (const Submission& s : submitted(job))
+        if (s.first) arrays[s.number] = *s.first;
+    std::set<size_t> held;
+    if (arrays.empty()) return held;
+    // A line per task: the number of its array and its own
+    const Result<std::string> printed =
+        call({"squeue", "--noheader", "--array", fmt::format("--user={}", ::getuid()),
+              "--states=PENDING,RUNNING,CONFIGURING,SUSPENDED", "--format=%F %K"});
+    if (!printed) return std::nullopt;
+    std::istringstream lines(*printed);
+    for (std::string line; std::getline(lines, line);) {
+        std::istringstream words(line);
+        std::string number;
+        size_t task = 0;
+        if (!(words >> number >> task)) continue;  // no task of an array
+        if (const auto array = arrays.find(number); array != arrays.end())
+            held.insert(array->second + task);
+    }
+    return held;
 }
 
 bool requeue_this_task() {

@@ -151,7 +151,7 @@ Result<JobStatus> status_of(const Job& job) {
         if (has_failed) status.problems.push_back((*result)->problem);
         status.is_merged.push_back(*result && !has_failed && !needs_samples(job, **result));
         std::optional<ErrorAt> error;
-        if (*result && !(*result)->errors.empty()) {
+        if (*result && (*result)->has_error()) {
             error = (*result)->errors.back();
             status.stated.push_back(error->error);
             error->error = error_by_rounds((*result)->errors);
@@ -164,6 +164,8 @@ Result<JobStatus> status_of(const Job& job) {
             job.has_previews && !status.is_merged.back() ? read_preview(job, frame) : std::nullopt);
     }
     const size_t done = status.count(State::Done), running = status.count(State::Running);
+    const Result<bool> can_go_on = lacks_pieces(job, status.pieces);
+    if (!can_go_on) return can_go_on.error();
     if (status.merged_count() == job.frames.size())
         status.state = JobState::Complete;
     else if (is_canceled(job))
@@ -172,7 +174,7 @@ Result<JobStatus> status_of(const Job& job) {
         status.state = JobState::Waiting;
     else if (job.engine == Engine::Local && running == 0 && !is_run_here(job))
         status.state = JobState::Incomplete;  // `farm submit` runs the pieces itself, and ended
-    else if (status.count(State::GaveUp) + status.problems.size() > 0 &&
+    else if (status.count(State::GaveUp) + status.problems.size() > 0 && !*can_go_on &&
              done + status.count(State::GaveUp) == job.pieces.size())
         status.state = JobState::Incomplete;
     else
