@@ -353,6 +353,20 @@ def check_slurm(programs):
         expect(any(w == f"--output={str(job).replace('%', '%%')}/logs/slurm-%A_%a.log" for w in first), f"a log in the job: {first}")
         for script in ("piece", "merge"):
             expect((job / f"slurm/{script}.sh").read_text().startswith("#!/bin/sh\nexec '"), f"{script}.sh")
+        # What Slurm holds is not submitted again
+        squeue = folder / "bin/squeue"
+        squeue.write_text("#!/bin/sh\nprintf '1 5\\n2 7\\n9 3\\n1 [10-12]\\n3 N/A\\n'\n")
+        squeue.chmod(0o755)
+        velatura = str(programs / "velatura")
+        subprocess.run([velatura, "farm", "retry", str(job)], check=True, stdout=subprocess.DEVNULL)
+        first, second, merge = [call.strip().split("\n") for call in calls.read_text().split("---\n")[3:6]]
+        expect("--array=0-4,6-999%7" in first, f"all but piece 5: {first}")
+        expect("--array=0-6,8-499%7" in second, f"all but piece 1007: {second}")
+        squeue.write_text("#!/bin/sh\nseq 0 999 | sed 's/^/4 /'\nseq 0 499 | sed 's/^/2 /'\n")
+        done = subprocess.run([velatura, "farm", "merge", str(job), "--resubmit"], capture_output=True, text=True)
+        expect(done.returncode == 0 and "1500 pieces wait or run already" in done.stdout, f"nothing to submit: {done.stdout}{done.stderr}")
+        expect(calls.read_text().count("---\n") == 6, "no further call of sbatch")
+        squeue.write_text("#!/bin/sh\nexit 1\n")
         sbatch.write_text("#!/bin/sh\necho 'sbatch: error: invalid account' >&2\nexit 1\n")
         done = subprocess.run([str(programs / "velatura"), "farm", "retry", str(job)], capture_output=True, text=True)
         expect(done.returncode == 1 and "invalid account" in done.stderr and "[farm-engine]" in done.stderr, f"the refusal: {done.stderr}")

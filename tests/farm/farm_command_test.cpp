@@ -318,10 +318,16 @@ TEST_F(FarmCommand, SplitsByMeasuredCost) {
         EXPECT_EQ(w.hash("out.exr"), w.hash("one.exr"));
         return found;
     };
-    // An hour suffices for all others, and a millisecond for none: then the start of a piece
-    // decides
+    // An hour suffices for all others
     EXPECT_EQ(ranges("1h"), (std::vector<std::pair<int, int>>{{0, 32}, {32, 96}}));
-    EXPECT_GE(ranges("0.001s").size(), 2u);
+    // A render that says that each sample took a second: 64 of them are four pieces of 16
+    w.write("front.sh",
+            std::string("#!/bin/sh\n") + VELATURA_BIN_DIR +
+                "/velatura \"$@\" || exit $?\nfor word; do case $word in --stats=*) echo "
+                "'{\"phases_s\": {\"render\": 32}}' > \"${word#--stats=}\";; esac; done\n");
+    std::filesystem::permissions(w.path("front.sh"), std::filesystem::perms::owner_all);
+    EXPECT_EQ(ranges("16s --program " + w.path("front.sh")),
+              (std::vector<std::pair<int, int>>{{0, 32}, {32, 48}, {48, 64}, {64, 80}, {80, 96}}));
     const CommandResult r = submit("--pieces auto --piece-time never");
     EXPECT_EQ(r.exit_code, 2) << r.output;
 }
@@ -398,7 +404,8 @@ TEST_F(FarmCommand, LimitsOfTimeEndTheRounds) {
             limit);
         EXPECT_EQ(r.exit_code, 0) << r.output;
         const std::string name = limit.substr(0, limit.find(' '));
-        expect_words(r.output, {"[budget]", "after 32 samples per pixel; raise", name.c_str()});
+        expect_words(r.output, {"[budget]", "after 32 samples per pixel; a new job with a higher ",
+                                name.c_str()});
         const json s = status();
         EXPECT_EQ(s["state"], "complete");
         EXPECT_EQ(s["pieces"]["done"], 1);
@@ -410,7 +417,7 @@ TEST_F(FarmCommand, LimitsOfTimeEndTheRounds) {
         "farm submit s.usda -o out.exr --job j --res 24 20 --bounces 1 --target-error 0.5% --spp "
         "64 --max-cpu 1h --max-time 1h");
     EXPECT_EQ(r.exit_code, 0) << r.output;
-    expect_words(r.output, {"at the limit of 64 samples per pixel; raise --spp"});
+    expect_words(r.output, {"at the limit of 64 samples per pixel; a new job with a higher --spp"});
     for (const char* alone : {"--max-cpu 1h", "--max-time 1h", "--for-mix x.json"})
         EXPECT_EQ(submit(alone).exit_code, 2) << alone;
 }
@@ -434,6 +441,58 @@ TEST_F(FarmCommand, AMixHasTheTarget) {
         w.velatura("farm submit s.usda -o x.exr --job x --target-error 4% --for-mix look.json");
     EXPECT_EQ(no_halves.exit_code, 2);
     expect_words(no_halves.output, {"--halves"});
+    w.write("bad.json", "{}");
+    const CommandResult bad = w.velatura(render + " -o x.exr --job x --for-mix bad.json");
+    EXPECT_EQ(bad.exit_code, 1) << bad.output;
+    expect_words(bad.output, {"bad.json", "'schema' not found [bad-preset]"});
+    EXPECT_FALSE(w.exists("x")) << "nothing is written";
+}
+
+/// The goal is that of the submit, and a merge that does not find the error says so.
+TEST_F(FarmCommand, AJobKeepsItsPreset) {
+    const std::string render =
+        "farm submit s.usda --res 8 8 --bounces 1 --halves --target-error 90% -o out.exr";
+    ASSERT_EQ(w.velatura("render s.usda --res 8 8 --bounces 1 --spp 4 -o i.exr -q --progress none")
+                  .exit_code,
+              0);
+    ASSERT_EQ(w.comp("mix i.exr -o x.exr --solo tail --save-preset look.json").exit_code, 0);
+    ASSERT_EQ(w.velatura(render + " --job j --for-mix look.json --dry-run").exit_code, 0);
+    const std::string look = *read_file(w.path("look.json"));
+    w.write("look.json", "{}");
+    std::filesystem::rename(w.path("j"), w.path("moved"));
+    const CommandResult r = w.velatura("farm retry moved");
+    EXPECT_EQ(r.exit_code, 0) << r.output;
+
+    w.write("look.json", look);
+    ASSERT_EQ(w.velatura(render + " --job j --for-mix look.json --dry-run").exit_code, 0);
+    w.write("j/preset.json", "{}");
+    const CommandResult unknown = w.velatura("farm retry j");
+    EXPECT_EQ(unknown.exit_code, 1) << unknown.output;
+    expect_words(unknown.output, {"the error of", "is not known at 32 samples per pixel",
+                                  "[bad-preset]", "[farm-incomplete]"});
+    EXPECT_EQ(status()["state"], "incomplete");
+    EXPECT_EQ(status()["list"].size(), 1u);
+    w.write("j/preset.json", look);
+    const CommandResult mended = w.velatura("farm retry j");
+    EXPECT_EQ(mended.exit_code, 0) << mended.output;
+}
+
+/// A part of another round's piece of the same number is not merged as if it were its own.
+TEST_F(FarmCommand, APartOfOtherSamplesIsRenderedAgain) {
+    ASSERT_EQ(submit("").exit_code, 0);
+    std::filesystem::remove(w.path("out.exr"));
+    std::string text = *read_file(w.path("j/job.json"));
+    for (const auto& [from, to] :
+         {std::pair("[0, 0, 8]", "[0, 0, 4]"), std::pair("[0, 8, 16]", "[0, 4, 16]")}) {
+        ASSERT_NE(text.find(from), std::string::npos) << text;
+        text.replace(text.find(from), std::string(from).size(), to);
+    }
+    w.write("j/job.json", text);
+    const CommandResult merge = w.velatura("farm merge j");
+    EXPECT_EQ(merge.exit_code, 1);
+    expect_words(merge.output, {"missing: pieces 0-1", "has samples 0:8, the piece 0:4"});
+    ASSERT_EQ(w.velatura("farm retry j").exit_code, 0);
+    expect_image_of_one_render();
 }
 
 /// A node that lacks a texture says so before it traces a sample, instead of a part without it.
@@ -446,6 +505,10 @@ TEST_F(FarmCommand, AMissingAssetEndsAPieceAtOnce) {
     EXPECT_EQ(status()["list"][0]["state"], "gave-up");
     EXPECT_FALSE(w.exists("j/work/0000.exr"));
     EXPECT_EQ(read_file(w.path("j/logs/0000.1.log"))->find("\"percent\""), std::string::npos);
+    std::filesystem::remove_all(w.path("j"));
+    const CommandResult named = submit("--retries 0 --missing-assets fail");
+    EXPECT_EQ(named.exit_code, 1) << "the default, by name";
+    expect_words(named.output, {"--require-assets renders nothing"});
     std::filesystem::remove_all(w.path("j"));
     const CommandResult accepted = submit("--missing-assets ignore");
     EXPECT_EQ(accepted.exit_code, 0) << accepted.output;

@@ -4,10 +4,12 @@
 
 #include "base/atomic_file.h"
 #include "base/command_line.h"
+#include "base/output_lock.h"
 #include "farm/check.h"
 #include "farm/cost.h"
 #include "farm/merge_job.h"
 #include "farm/piece_state.h"
+#include "farm/preview.h"
 #include "farm/process.h"
 #include "farm/rounds.h"
 #include "farm/status.h"
@@ -17,11 +19,14 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <numeric>
+#include <optional>
 #include <random>
+#include <thread>
 
 namespace velatura::farm {
 
@@ -277,6 +282,7 @@ TEST(FarmCost, RangesTakeThePieceTime) {
     EXPECT_EQ(range_count({0, 1}, 700, 500), 2u);
     // Pieces that are shorter than their start would render less than they read
     EXPECT_EQ(range_count({20, 2}, 1000, 1), 100u);
+    EXPECT_EQ(range_count({20, 2}, 1018, 1), 101u) << "101.8 starts";
     EXPECT_EQ(range_count({0, 1000}, 8, 1), 8u) << "no more ranges than samples";
     EXPECT_EQ(range_count({}, 1000, 600), 1u) << "nothing is known";
 }
@@ -343,6 +349,71 @@ TEST_F(FarmJob, FramesThatTakeLongAreSplit) {
     EXPECT_TRUE(add_round(job)->empty());
 }
 
+/// A sequence of which no frame can be rendered is not rendered to its end.
+TEST_F(FarmJob, WithoutAMeasuredPieceNothingIsAdded) {
+    job.frames = {"1", "2", "3", "4", "5"};
+    job.outputs.assign(5, job.directory + "/o.exr");
+    job.engine = Engine::Slurm;
+    job.spp = 128;
+    job.piece_time_s = 100;
+    job.pieces = first_round(job);
+    job.first_pieces = job.pieces.size();
+    ASSERT_TRUE(create_job(job).has_value());
+    for (const size_t i : {0u, 1u, 2u}) write(i, state_on("a", State::GaveUp));
+    EXPECT_EQ(status_of(job)->state, JobState::Incomplete);
+    EXPECT_TRUE(add_round(job)->empty());
+    // One suffices, and until the merge adds the others the job goes on
+    PieceState done = state_on("a", State::Done);
+    done.attempts[0].wall_s = done.attempts[0].trace_s = 10;
+    write(1, done);
+    EXPECT_EQ(status_of(job)->state, JobState::Running);
+    EXPECT_EQ(add_round(job)->size(), 3u) << "the rest of frame 3, and frames 2 and 4";
+}
+
+/// The picture of the image comes behind that of a preview.
+TEST_F(FarmJob, AFinishedPreviewWaitsForOneThatIsMade) {
+    ASSERT_TRUE(create_job(job).has_value());
+    const std::string about = job.preview_file(0, ".json");
+    std::optional<OutputLock> lock = *OutputLock::take(about);
+    ASSERT_TRUE(write_file_atomically(about, "{}").has_value());
+    std::thread finish([&] { finish_preview(job, 0); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    EXPECT_TRUE(fs::exists(about)) << "another process makes a preview";
+    lock.reset();
+    finish.join();
+    EXPECT_FALSE(fs::exists(about));
+}
+
+/// The image is written while a preview of fewer samples is merged.
+TEST_F(FarmJob, ALatePreviewIsNotShown) {
+    job.spp = 16;
+    job.pieces = {{0, 0, 8}, {0, 8, 16}, {1, 0, 16}};
+    ASSERT_TRUE(create_job(job).has_value());
+    write(0, state_on("a", State::Done));
+    // A compositor that merges nothing, and meanwhile another process writes the image
+    write_result(0, 16, "[]");
+    fs::rename(job.result_file(0), job.directory + "/result.json");
+    const std::string program = job.directory + "/bin/velatura-comp";
+    const auto with_program = [&](const std::string& meanwhile) {
+        ASSERT_TRUE(write_file_atomically(
+                        program, "#!/bin/sh\nfor w; do f=$w; done\n: > \"$f\"\n" + meanwhile + "\n")
+                        .has_value());
+        fs::permissions(program, fs::perms::owner_all);
+    };
+    const std::string path = std::getenv("PATH");
+    ASSERT_EQ(::setenv("PATH", (job.directory + "/bin:" + path).c_str(), 1), 0);
+    with_program("cp '" + job.directory + "/result.json' '" + job.result_file(0) + "'");
+    EXPECT_FALSE(*renew_preview(job, 0));
+    EXPECT_FALSE(fs::exists(job.preview_file(0, ".exr")));
+    EXPECT_FALSE(fs::exists(job.preview_file(0, ".png")));
+    EXPECT_FALSE(fs::exists(job.preview_file(0, ".json")));
+    fs::remove(job.result_file(0));
+    with_program("");
+    EXPECT_TRUE(*renew_preview(job, 0)) << "no other process";
+    EXPECT_TRUE(fs::exists(job.preview_file(0, ".png")));
+    ::setenv("PATH", path.c_str(), 1);
+}
+
 TEST_F(FarmJob, LimitsShortenARound) {
     job.frames = {"1"};
     job.outputs.resize(1);
@@ -388,6 +459,9 @@ TEST(FarmCheck, NamesMachinesWithOtherPixelsOrFeatures) {
               std::vector<std::string>{"n3: pixels q, elsewhere p"});
     checks[1].build = "c";
     EXPECT_EQ(differing_machines(job, checks).size(), 2u);
+    checks.assign(2, usual);
+    for (MachineCheck& check : checks) check.pixels.clear();
+    EXPECT_EQ(differing_machines(job, checks).size(), 2u) << "nothing was compared";
 }
 
 TEST_F(FarmJob, ARoundHasTheSamplesThatTheErrorAsksFor) {
@@ -396,6 +470,7 @@ TEST_F(FarmJob, ARoundHasTheSamplesThatTheErrorAsksFor) {
     FrameResult r;
     EXPECT_FALSE(needs_samples(job, r)) << "its error is not known";
     r.errors = {{64, 0.01, false}};
+    r.spp = 64;
     EXPECT_FALSE(needs_samples(job, r));
     // 2 % to 1 % by samples^-0.6: 64 x 2^(1/0.6) = 203.2, in steps of 128 / 16
     r.errors = {{64, 0.02, false}};
@@ -405,6 +480,9 @@ TEST_F(FarmJob, ARoundHasTheSamplesThatTheErrorAsksFor) {
     // 256 / 16
     r.errors = {{64, 0.03, false}, {256, 0.015, false}};
     EXPECT_EQ(next_spp(job, r), 496u);
+    EXPECT_FALSE(needs_samples(job, r)) << "the error of the last image is not known";
+    r.spp = 256;
+    EXPECT_TRUE(needs_samples(job, r));
     // At most 4 times, at least a step, not beyond the limit
     r.errors = {{64, 0.9, false}};
     EXPECT_EQ(next_spp(job, r), 256u);
@@ -413,6 +491,7 @@ TEST_F(FarmJob, ARoundHasTheSamplesThatTheErrorAsksFor) {
     job.max_spp = 260;
     EXPECT_EQ(next_spp(job, r), 260u);
     r.errors = {{260, 0.02, false}};
+    r.spp = 260;
     EXPECT_FALSE(needs_samples(job, r)) << "it has all samples";
 }
 
@@ -478,6 +557,12 @@ TEST_F(FarmJob, RoundsAreAddedToFramesThatNeedThem) {
     write_result(1, 32, R"([{"spp": 8, "error": 0.03, "is_lower": true},
                             {"spp": 32, "error": 0.0099, "is_lower": false}])");
     EXPECT_EQ(status_of(*found)->state, JobState::Complete);
+
+    // The merge of the second round found no error: nothing is added for that of the first
+    write_result(1, 32, R"([{"spp": 8, "error": 0.03, "is_lower": true}])");
+    EXPECT_TRUE(add_round(job)->empty());
+    EXPECT_TRUE(read_job(job.folder).has_value());
+    EXPECT_FALSE(status_of(job)->errors[1]);
 
     // Pieces behind each other, of frames that there are
     const std::string file = job.path("rounds.json");

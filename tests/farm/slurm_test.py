@@ -250,7 +250,11 @@ def main():
             job, damaged, preempted = everything_goes_wrong(cluster, programs, folder)
             fails.start()
             # Split by what the first samples took, in rounds that the merge submits
-            measured = Job(programs, folder, "measured", SMALL, ["--piece-time", "1s"])
+            # A front says that each sample took a second: the other 96 are six pieces of 16
+            measured = Job(programs, folder, "measured", SMALL, ["--piece-time", "16s"])
+            measured.front.write_text(f"#!/bin/sh\n{programs}/velatura \"$@\" || exit $?\nfor word; do case $word in --stats=*) echo "
+                                      "'{\"phases_s\": {\"render\": 32}}' > \"${word#--stats=}\";; esac; done\n")
+            measured.submit += ["--program", str(measured.front)]
             measured.start()
             one, small = folder / "one.exr", folder / "small.exr"
             for image, render in ((one, LARGE), (small, SMALL)):
@@ -258,7 +262,8 @@ def main():
             check(job, damaged, preempted, one)
             subprocess.run([str(programs / "velatura"), "farm", "wait", str(measured.folder)], check=True, timeout=TIMEOUT_S)
             expect(pixels(programs, measured.output) == pixels(programs, small), "the image of one render of a job that is split by cost")
-            expect(len(measured.status()["list"]) >= 2, "a round behind the first samples")
+            rows = [row["samples"] for row in measured.status()["list"]]
+            expect(rows == [[0, 32]] + [[first, first + 16] for first in range(32, SPP, 16)], f"a round by what the first samples took: {rows}")
             expect((measured.folder / "preview/0000.png").exists(), "a picture")
             done = subprocess.run([str(programs / "velatura"), "farm", "wait", str(fails.folder)], capture_output=True, text=True,
                                   timeout=TIMEOUT_S)
