@@ -220,8 +220,8 @@ Rgb SurfaceEmission::directed(const Placed& placed,
                               const Vec3& wo,
                               const Vec3* filtered_for) const {
     const scene::AffineMotion::Pose pose = motion.at(double(point.time));
+    if (!(pose.volume > 0.0)) return Rgb(0.0f);
     Rgb left(1.0f);
-    if (!(pose.volume > 0.0)) return left;
     if (placed.shaping != scene::none)
         left *= shapings_[placed.shaping].shaping.factor(
             normalize(transform_direction(Vec3d(wo), pose.to_made)));

@@ -100,15 +100,16 @@ VolumeSet::VolumeSet(const scene::Scene& scene, const MediumOptions& options) {
     }
 }
 
-VolumeSet::CarriedRay VolumeSet::carried_ray(size_t medium,
-                                             const Vec3& o,
-                                             const Vec3& d,
-                                             float time) const {
-    if (motions_.empty() || !motions_[medium].moves()) return {o, d};
+std::optional<VolumeSet::CarriedRay> VolumeSet::carried_ray(size_t medium,
+                                                            const Vec3& o,
+                                                            const Vec3& d,
+                                                            float time) const {
+    if (motions_.empty() || !motions_[medium].moves()) return CarriedRay{o, d};
     scene::count_call(scene::Effect::TransformBlur);
     const scene::AffineMotion::Pose pose = motions_[medium].at(double(time));
-    return {to_float(transform_point(Vec3d(o), pose.to_made)),
-            to_float(transform_direction(Vec3d(d), pose.to_made))};
+    if (!(pose.volume > 0.0)) return std::nullopt;
+    return CarriedRay{to_float(transform_point(Vec3d(o), pose.to_made)),
+                      to_float(transform_direction(Vec3d(d), pose.to_made))};
 }
 
 void VolumeSet::fly(const Vec3& o,
@@ -129,10 +130,10 @@ void VolumeSet::fly(const Vec3& o,
     for (size_t i = 0; i < media_.size(); ++i) {
         const Medium& medium = media_[i];
         if (visible && !visible->holds(medium.link())) continue;
-        const CarriedRay ray = carried_ray(i, o, d, time);
+        const std::optional<CarriedRay> ray = carried_ray(i, o, d, time);
         float begin = 0.0f, end = t_max;
-        if (medium.clip(ray.o, ray.d, begin, end))
-            met.emplace_back(medium, ray.o, ray.d, begin, end);
+        if (ray && medium.clip(ray->o, ray->d, begin, end))
+            met.emplace_back(medium, ray->o, ray->d, begin, end);
     }
     const bool is_absorbing = !is_black(around.extinction);
     Tracker tracker{carried, numbers, out, counts};
@@ -172,10 +173,10 @@ Rgb VolumeSet::transmittance(const Vec3& o,
     for (size_t i = 0; i < media_.size(); ++i) {
         const Medium& medium = media_[i];
         if (medium.gives_light() || (casters && !casters->holds(medium.link()))) continue;
-        const CarriedRay ray = carried_ray(i, o, d, time);
+        const std::optional<CarriedRay> ray = carried_ray(i, o, d, time);
         float begin = 0.0f, end = t_max;
-        if (!medium.clip(ray.o, ray.d, begin, end)) continue;
-        BrickWalk walk = medium.walk(ray.o, ray.d, begin, end);
+        if (!ray || !medium.clip(ray->o, ray->d, begin, end)) continue;
+        BrickWalk walk = medium.walk(ray->o, ray->d, begin, end);
         BrickSpan span;
         double certain = 0.0;  // optical way by the minorants
         double way = free_path(numbers);
@@ -194,7 +195,7 @@ Rgb VolumeSet::transmittance(const Vec3& o,
                 way = free_path(numbers);
                 scene::count_call(scene::Effect::Volumes);
                 const float extinction =
-                    medium.extinction(medium.field(span, ray.o, ray.d, float(t)));
+                    medium.extinction(medium.field(span, ray->o, ray->d, float(t)));
                 if (extinction > rate + min) ++counts.violations;
                 passed *= Rgb(1.0f) - medium.channels() * ((extinction - min) / rate);
                 const float max = largest(passed);

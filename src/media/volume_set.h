@@ -10,6 +10,7 @@
 #include "scene/scene.h"
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace velatura::media {
@@ -80,7 +81,11 @@ class VolumeSet {
         Vec3 o, d;
     };
 
-    CarriedRay carried_ray(size_t medium, const Vec3& o, const Vec3& d, float time) const;
+    /// Nothing: the medium is flat at that time.
+    std::optional<CarriedRay> carried_ray(size_t medium,
+                                          const Vec3& o,
+                                          const Vec3& d,
+                                          float time) const;
 
     std::vector<Medium> media_;
     std::vector<scene::AffineMotion> motions_;  ///< [medium]; empty: none moves

@@ -137,6 +137,30 @@ TEST(H35ThickMedia, TransmittanceOfOneNumberIsTheClosedForm) {
                              1e-6, 0, "closed form"});
 }
 
+TEST(MovingMedia, AreNowhereWhereTheyAreFlat) {
+    Scene scene;
+    add_volume(scene, constant_box(Vec3d(-1, -1, -3), Vec3d(1, 1, -1), 1.0f));
+    Mat4d flat;
+    flat[0][0] = 0.0;
+    scene.volumes[0].later_render_from_volume = {flat};
+    const VolumeSet set(scene);
+    const Vec3 o(0.0f), d(0, 0, -1);
+    for (const float time : {0.0f, 0.5f, 1.0f}) {
+        TrackingCounts counts;
+        RandomStream numbers(1, -1.0);
+        const Rgb passed = set.transmittance(o, d, far_away, nullptr, numbers, counts, time);
+        EXPECT_NEAR(passed.x, time < 1.0f ? std::exp(-2.0f) : 1.0f, 1e-5f) << time;
+        size_t collisions = 0;
+        for (uint64_t i = 0; i < 64; ++i) {
+            Flight flight;
+            set.fly(o, d, far_away, Rgb(1.0f), FreePath{}, RandomStream(i, -1.0), flight, counts,
+                    nullptr, time);
+            collisions += flight.medium != nullptr;
+        }
+        EXPECT_EQ(collisions > 0, time < 1.0f) << time;
+    }
+}
+
 TEST(H34ThinMedia, CollideAsOftenAsTheyShould) {
     // The first number decides: below 1 − e^−τ light collides, and where is known
     for (const double tau : {1e-6, 1e-5, 1e-4, 1e-3}) {
