@@ -57,6 +57,7 @@ std::optional<EmitterHit> intersect_moved(const Emitter& emitter,
                                           const Pose& pose,
                                           const Vec3d& o,
                                           const Vec3d& d) {
+    scene::count_call(scene::Effect::TransformBlur);
     if (!(pose.volume > 0.0)) return std::nullopt;
     const Carried made = carry(d, pose.to_made);
     std::optional<EmitterHit> hit =

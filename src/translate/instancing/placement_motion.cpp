@@ -203,13 +203,40 @@ void read_placement_motion(Context& ctx,
     take_keys(keys, placement.matrix, placement.later);
 }
 
+namespace {
+
+/// Largest distance of a prim from the origin of what it stands in, of the frame's instant and both
+/// ends of the shutter.
+double largest_distance(Context& ctx, const InstanceSource& parent, const LightSite& site) {
+    double distance = translation(site.matrix);
+    if (!motion::can_be_carried(ctx, site.prim, parent.frame)) return distance;
+    const std::optional<Shutter> shutter = motion::shutter_of(ctx, site.prim);
+    if (!shutter) return distance;
+    for (const double time : {shutter->open, shutter->close})
+        distance = std::max(distance, translation(between_origins(
+                                          motion::carried_by(ctx, site.prim, parent.frame, time),
+                                          Vec3d(0.0), parent.origin)));
+    return distance;
+}
+
+/// How far a light reaches, to follow it by: one that is a point has no size to measure curves by,
+/// then what is small beside its way counts.
+double followed_reach(Context& ctx, const InstanceSource& parent, const LightSite& site) {
+    constexpr double of_distance = 1e-3;
+    const double reach = lights::reach_of_light(ctx, site.prim), row = largest_row(site.matrix);
+    if (!(row > 0.0)) return reach;
+    return std::max(reach, of_distance * largest_distance(ctx, parent, site) / row);
+}
+
+}  // namespace
+
 void read_light_motion(Context& ctx, const InstanceSource& parent, LightSite& site) {
     if (!ctx.shutter) return;
     const std::string_view type = site.prim.type_name().view();
     const bool is_infinite = lights::is_light_type(type) && !lights::has_place(type);
     // Of what is at infinity only turns count; of geometry that is a light those of its shaping
     site.reach = is_infinite                   ? 1e18
-                 : lights::is_light_type(type) ? lights::reach_of_light(ctx, site.prim)
+                 : lights::is_light_type(type) ? followed_reach(ctx, parent, site)
                                                : 1.0;
     const Vec3d origin(0.0);
     std::vector<Mat4d> keys =

@@ -13,6 +13,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -175,6 +176,14 @@ Vec3d world_position(const Mat4d& m) {
     return {m[3][0], m[3][1], m[3][2]};
 }
 
+/// Of what is at infinity only turns count; without any it stays.
+void keep_turns(const Mat4d& first, std::vector<Mat4d>& later) {
+    for (Mat4d& key : later)
+        for (int k = 0; k < 3; ++k) key[3][k] = first[3][k];
+    if (std::all_of(later.begin(), later.end(), [&](const Mat4d& m) { return m == first; }))
+        later.clear();
+}
+
 }  // namespace
 
 bool is_light_type(std::string_view type) {
@@ -213,6 +222,7 @@ bool read_light(Context& ctx,
     light.kind = *kind;
     light.name = prim.path_string();
     light.render_from_light = render_from_light;
+    if (!has_place(prim.type_name().view())) keep_turns(render_from_light, later);
     light.later_render_from_light = std::move(later);
     const bool is_area = light.kind != LightKind::Dome && light.kind != LightKind::Distant;
     if (!is_finite(render_from_light) || !keeps_a_surface(render_from_light) ||

@@ -457,6 +457,23 @@ TEST(Motion, OfLightsAndVolumesIsFollowed) {
     EXPECT_EQ(of_light("def DomeLight \"L\" {\n" + turns + "}\n").later_render_from_light.size(),
               16u);
     EXPECT_TRUE(of_light("def SphereLight \"L\" {}\n").later_render_from_light.empty());
+    // The same of a dome that an instance moves
+    const std::string dome = "class Xform \"Model\" {\ndef DomeLight \"L\" {}\n}\n";
+    EXPECT_TRUE(of_light(dome + instance + moves + "}\n").later_render_from_light.empty());
+    EXPECT_EQ(of_light(dome + instance + turns + "}\n").later_render_from_light.size(), 16u);
+    // A point has no size, but a distance: an arc of 0.1 degrees is as good as straight
+    const auto turning_point = [&](const char* degrees) {
+        return of_light(std::string("def Xform \"Arm\" {\nfloat xformOp:rotateY.timeSamples = { "
+                                    "1: 0, 2: ") +
+                        degrees +
+                        " }\nuniform token[] xformOpOrder = [\"xformOp:rotateY\"]\ndef SphereLight "
+                        "\"L\" {\nfloat inputs:radius = 0\nbool inputs:normalize = 1\ndouble3 "
+                        "xformOp:translate = (0, 0, 10)\nuniform token[] xformOpOrder = "
+                        "[\"xformOp:translate\"]\n}\n}\n")
+            .later_render_from_light.size();
+    };
+    EXPECT_EQ(turning_point("0.2"), 1u);
+    EXPECT_EQ(turning_point("90"), 16u);
 
     // Geometry that is light, as other geometry
     Translated ball, mesh;
