@@ -332,7 +332,8 @@ std::string info_json(const LayerStack& stack) {
 
 namespace {
 
-/// Share of the image that each name of a Cryptomatte covers, of the largest first.
+/// Share of the image that each name of a Cryptomatte covers, and each id without a name, as 8
+/// digits in base 16; of the largest first.
 std::vector<std::pair<std::string, double>> shares_of(const image::Image& image,
                                                       const layers::Cryptomatte& matte) {
     std::map<uint32_t, double> covered;
@@ -350,6 +351,9 @@ std::vector<std::pair<std::string, double>> shares_of(const image::Image& image,
         const auto at = covered.find(name.id);
         shares.emplace_back(name.name, at == covered.end() ? 0.0 : at->second / double(pixels));
     }
+    for (const layers::MatteName& name : matte.names) covered.erase(name.id);
+    for (const auto& [id, sum] : covered)
+        shares.emplace_back(fmt::format("{:08x}", id), sum / double(pixels));
     std::stable_sort(shares.begin(), shares.end(),
                      [](const auto& a, const auto& b) { return a.second > b.second; });
     return shares;

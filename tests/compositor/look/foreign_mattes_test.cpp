@@ -196,6 +196,18 @@ TEST(ForeignMattes, InfoListsNamesAndFaults) {
     EXPECT_NE(text.find("it is not valid JSON"), std::string::npos);
 }
 
+TEST(ForeignMattes, InfoListsIdsWithoutNames) {
+    const image::Image image = scene("CryptoObject", "{}");
+    const std::string text = inspect::mattes_info_text(image, "mattes.exr"),
+                      in_json = inspect::mattes_info_json(image, "mattes.exr");
+    for (size_t object = 0; object < 7; ++object) {
+        char hex[9];
+        std::snprintf(hex, sizeof hex, "%08x", test::CryptomatteDecoder::id_of(objects()[object]));
+        EXPECT_NE(text.find(std::string(" %  ") + hex), std::string::npos) << text;
+        EXPECT_NE(in_json.find(std::string("\"") + hex + "\": 0."), std::string::npos) << in_json;
+    }
+}
+
 /// Shares of a beauty that is black, or that light and its negative cancel in, are no numbers.
 TEST(Numbers, InfoHasNoSharesOfNothingAndCountsNan) {
     image::Image image = made_foreign({{"", {"R", "G", "B", "key.R", "key.G", "key.B"}}});
