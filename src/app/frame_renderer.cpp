@@ -9,6 +9,7 @@
 #include "app/stats.h"
 #include "app/stop_signals.h"
 #include "base/process/memory_limit.h"
+#include "integrator/sample_placement.h"
 
 #include <fmt/format.h>
 
@@ -100,6 +101,13 @@ int FrameRenderer::replay() {
     if (const auto sample = job_.replay->sample) {
         what.first = *sample;
         what.end = *sample + 1;
+    } else if (schedule.adaptive && what.end > integrator::pilot_samples) {
+        // How many the pixel has is known only after all its neighbors were rendered
+        diagnostics_.note(
+            "replay", {}, {},
+            fmt::format("samples {} to {} are traced; with adaptive sampling a render takes fewer "
+                        "or more of them in this pixel; with --adaptive off exactly these",
+                        what.first, what.end - 1));
     }
     const std::vector<std::string>& files = job_.arguments.paths;
     if (files.empty())

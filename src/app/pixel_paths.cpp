@@ -7,11 +7,17 @@
 #include <algorithm>
 #include <map>
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace velatura::app {
 
 namespace {
+
+/// Whether a deposit is of light that the observer was told of when it was found.
+bool is_of_found_light(std::string_view what) {
+    return what == "light sampled" || what == "light hit by the path" || what == "surface emission";
+}
 
 /// Writes one sample down while it is traced.
 class PathRecorder final : public integrator::PathObserver {
@@ -27,8 +33,8 @@ class PathRecorder final : public integrator::PathObserver {
         out_.origin = to_world(ray.o);
         out_.direction = ray.d;
         out_.time = ray.time;
-        at_ = PathVertex::camera;
-        has_ended_ = false;
+        at_ = divided_at_ = PathVertex::camera;
+        direction_ = ray.d;
     }
 
     void on_hit(int bounce,
@@ -62,7 +68,8 @@ class PathRecorder final : public integrator::PathObserver {
                     scene::GroupId group,
                     const Rgb& radiance,
                     const char* what) override {
-        if (!std::exchange(is_pending_, false)) {
+        // After a light in shadow other light may come
+        if (!std::exchange(is_pending_, false) || !is_of_found_light(what)) {
             out_.lights.emplace_back();
             out_.lights.back().vertex = at_;
         }
@@ -74,17 +81,21 @@ class PathRecorder final : public integrator::PathObserver {
         light.layers = layers_of(bounce, int(group));
     }
 
-    void on_turn(int bounce, const integrator::PathTurn& turn) override {
+    void on_turn(int, const integrator::PathTurn& turn) override {
         is_pending_ = false;
-        // A branch goes on from where the path has divided
-        if (std::exchange(has_ended_, false)) at_ = last_of(bounce);
+        direction_ = turn.wi;
         if (at_ != PathVertex::camera) out_.vertices[size_t(at_)].turn = turn;
     }
 
+    void on_split() override { divided_at_ = at_; }
+
     void on_end(int, const char* why) override {
         is_pending_ = false;
-        out_.ends.emplace_back(why);
-        has_ended_ = true;
+        PathEnd end{at_, why, {}};
+        // A path that roulette ends has a direction, too
+        if (end.why == "escaped") end.escape = direction_;
+        out_.ends.push_back(std::move(end));
+        at_ = divided_at_;
     }
 
   private:
@@ -98,12 +109,6 @@ class PathRecorder final : public integrator::PathObserver {
         const lights::LightSet& lights = world_.lights;
         if (!lights.is_surface(id.index)) return lights.light(id.index).name;
         return prim_of(lights.surfaces()->provenance({id.index - lights.size(), id.part}));
-    }
-
-    int last_of(int bounce) const {
-        int at = int(out_.vertices.size()) - 1;
-        while (at >= 0 && out_.vertices[size_t(at)].bounce != bounce) --at;
-        return at;
     }
 
     void add(int bounce, const Vec3& p, float t, const Rgb& beta, PathVertex vertex) {
@@ -145,9 +150,10 @@ class PathRecorder final : public integrator::PathObserver {
     const film::LayerSet& layers_;
     film::SampleRadiance& sample_;
     SamplePaths out_;
-    int at_ = PathVertex::camera;  ///< the vertex where the path is
-    bool is_pending_ = false;      ///< the last light waits for what arrives of it
-    bool has_ended_ = false;
+    int at_ = PathVertex::camera;          ///< the vertex where the path is
+    int divided_at_ = PathVertex::camera;  ///< from which its branches go on
+    Vec3 direction_ = Vec3(0.0f);          ///< of its ray
+    bool is_pending_ = false;              ///< the last light waits for what arrives of it
 };
 
 }  // namespace

@@ -23,10 +23,18 @@ struct PathVertex {
     std::string prim, material;  ///< material: empty in a volume
     uint32_t face = 0;
     Vec3d p = Vec3d(0.0);
-    Vec3 n = Vec3(0.0f);                       ///< shading normal; zero in a volume
-    float distance = 0;                        ///< from the vertex before
-    Rgb beta = Rgb(0.0f);                      ///< throughput before the scattering there
-    std::optional<integrator::PathTurn> turn;  ///< nothing: the path ends there
+    Vec3 n = Vec3(0.0f);   ///< shading normal; zero in a volume
+    float distance = 0;    ///< from the vertex before
+    Rgb beta = Rgb(0.0f);  ///< throughput before the scattering there
+    /// The last one there: of a path that divides, that of its last branch; nothing: it ends there.
+    std::optional<integrator::PathTurn> turn;
+};
+
+/// Where a branch of a path ends.
+struct PathEnd {
+    int vertex = PathVertex::camera;  ///< the last one
+    std::string why;
+    std::optional<Vec3> escape;  ///< unit: where it goes on and meets nothing
 };
 
 /// Light that was found from a vertex, and what arrived of it.
@@ -58,7 +66,7 @@ struct SamplePaths {
     float time = 0;               ///< of the shutter
     std::vector<PathVertex> vertices;
     std::vector<PathLight> lights;
-    std::vector<std::string> ends;  ///< why; one for every branch
+    std::vector<PathEnd> ends;  ///< one for every branch
 };
 
 /// The light paths of one pixel.

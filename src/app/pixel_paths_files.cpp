@@ -17,6 +17,11 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
+/// Names of files may be no UTF-8.
+std::string utf8_text(const json& j, int indent = -1) {
+    return j.dump(indent, ' ', false, json::error_handler_t::replace);
+}
+
 template <class T>
 json triple(const Imath::Vec3<T>& v) {
     return {v.x, v.y, v.z};
@@ -121,15 +126,12 @@ struct Lines {
 /// One line for every end of a path, with what came by the vertices that no line before has.
 void add_paths(const SamplePaths& sample, double reach, Lines& lines) {
     const auto& vertices = sample.vertices;
-    std::vector<bool> has_next(vertices.size(), false), is_drawn(vertices.size(), false);
-    for (const PathVertex& v : vertices)
-        if (v.from >= 0) has_next[size_t(v.from)] = true;
+    std::vector<bool> is_drawn(vertices.size(), false);
     bool has_camera = false;
-    const auto draw = [&](int last) {
+    for (const PathEnd& end : sample.ends) {
         std::vector<Vec3d> line;
-        Rgb sum(0.0f);
         std::vector<int> own;
-        for (int v = last; v >= 0; v = vertices[size_t(v)].from) {
+        for (int v = end.vertex; v >= 0; v = vertices[size_t(v)].from) {
             line.push_back(vertices[size_t(v)].p);
             if (!is_drawn[size_t(v)]) own.push_back(v);
             is_drawn[size_t(v)] = true;
@@ -137,17 +139,15 @@ void add_paths(const SamplePaths& sample, double reach, Lines& lines) {
         if (!std::exchange(has_camera, true)) own.push_back(PathVertex::camera);
         line.push_back(sample.origin);
         std::reverse(line.begin(), line.end());
+        Rgb sum(0.0f);
         for (const PathLight& light : sample.lights)
             if (std::find(own.begin(), own.end(), light.vertex) != own.end())
                 sum += light.contribution;
-        const bool escapes = last >= 0 && vertices[size_t(last)].turn.has_value();
-        if (escapes) line.push_back(line.back() + Vec3d(vertices[size_t(last)].turn->wi) * reach);
-        if (line.size() == 1) line.push_back(line[0] + Vec3d(sample.direction) * reach);
+        if (end.escape) line.push_back(line.back() + Vec3d(*end.escape) * reach);
+        // A curve has two points
+        if (line.size() == 1) line.push_back(line[0]);
         lines.add(sample.sample, line, sum);
-    };
-    for (int v = 0; v < int(vertices.size()); ++v)
-        if (!has_next[size_t(v)]) draw(v);
-    if (vertices.empty()) draw(PathVertex::camera);
+    }
 }
 
 std::string point_list(const std::vector<Vec3d>& points) {
@@ -214,7 +214,7 @@ std::string paths_as_json(const PixelPaths& paths, const PathsFileInfo& info) {
            {"seed", info.seed},
            {"value", triple(paths.value)}};
     // A path is one line
-    std::string text = j.dump(1);
+    std::string text = utf8_text(j, 1);
     text.resize(text.size() - 2);  // the bracket at the end
     text += ",\n \"paths\": [";
     for (const SamplePaths& sample : paths.samples) {
@@ -230,8 +230,10 @@ std::string paths_as_json(const PixelPaths& paths, const PathsFileInfo& info) {
         for (const PathLight& l : sample.lights) lights.push_back(light_of(sample, l));
         s["vertices"] = std::move(vertices);
         s["lights"] = std::move(lights);
-        s["ends"] = sample.ends;
-        text += (&sample == &paths.samples.front() ? "\n" : ",\n") + s.dump();
+        s["ends"] = json::array();
+        for (const PathEnd& end : sample.ends)
+            s["ends"].push_back({{"vertex", end.vertex}, {"why", end.why}});
+        text += (&sample == &paths.samples.front() ? "\n" : ",\n") + utf8_text(s);
     }
     return text + "\n ]\n}\n";
 }

@@ -29,8 +29,8 @@ namespace {
 
 /// Notes that say what was chosen where the scene leaves it open: printed unless quiet, others when
 /// verbose.
-constexpr std::string_view choices[] = {"camera-chosen", "framing-camera", "no-lights",
-                                        "no-render-settings", "thin-walls"};
+constexpr std::string_view choices[] = {"camera-chosen",      "framing-camera", "no-lights",
+                                        "no-render-settings", "replay",         "thin-walls"};
 
 bool is_choice(const Diagnostic& d) {
     return std::find(std::begin(choices), std::end(choices), d.code) != std::end(choices);

@@ -54,11 +54,15 @@ class PathObserver {
                             const Rgb& radiance,
                             const char* what) = 0;
 
-    /// Light was found; the next deposit, if it comes before any other call, is what arrives of it.
+    /// Light was found; the next deposit, if it comes before any other call and is of light
+    /// sampled, light hit by the path or surface emission, is what arrives of it.
     virtual void on_light(const FoundLight& found) { (void)found; }
 
     /// The path goes on from the last vertex; bounce: scatterings before.
     virtual void on_turn(int bounce, const PathTurn& turn) { (void)bounce, (void)turn; }
+
+    /// The path divides at the last vertex: what follows an on_end() goes on from there.
+    virtual void on_split() {}
 
     /// Clamps leave the next deposit as it is.
     virtual void on_unlimited() {}

@@ -262,6 +262,7 @@ void PathTracer::split_path(const Path& prefix,
                             film::SampleRadiance& out) const {
     count_call(Effect::Splitting);
     out.begin_branches();
+    if (prefix.observer) prefix.observer->on_split();
     const uint64_t rays_before = prefix.counts->total();
     film::PathLabels* const labels = out.labels();
     const film::PathLabels::PathPrefix trunk_labels =

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <map>
@@ -115,6 +116,14 @@ class PixelPaths : public testing::Test {
         EXPECT_GT(found, size_t(spp));
     }
 
+    /// What --replay writes.
+    json trace(const std::string& arguments) {
+        const CommandResult r =
+            w.velatura("render " + arguments + " --paths p.json --paths p.usda");
+        EXPECT_EQ(r.exit_code, 0) << r.output;
+        return json::parse(std::ifstream(w.path("p.json")));
+    }
+
     Workplace w;
 };
 
@@ -126,6 +135,157 @@ TEST_F(PixelPaths, AddUpToThePixelBitForBit) {
     expect_sums("s.usda", "--layers bounce,light,matrix,lobe", 12);
     expect_sums("'" VELATURA_SOURCE_DIR "/scenes/transport/glass.usda'",
                 "--splitting off --caustics path", 8);
+    expect_sums("s.usda", "--adaptive off", 64);
+}
+
+TEST_F(PixelPaths, NoteThatAdaptiveSamplingTakesOtherSamples) {
+    w.write("s.usda", small_scene());
+    const auto has_note = [&](const std::string& options) {
+        const CommandResult r =
+            w.velatura("render s.usda --res 32 24 --paths p.json --replay " + options);
+        EXPECT_EQ(r.exit_code, 0) << r.output;
+        return r.output.find("[replay]") != std::string::npos;
+    };
+    EXPECT_TRUE(has_note("16,12 --spp 64"));
+    EXPECT_FALSE(has_note("16,12 --spp 64 --adaptive off"));
+    // All of them are pilot samples; and one sample is that one
+    EXPECT_FALSE(has_note("16,12 --spp 16"));
+    EXPECT_FALSE(has_note("16,12,20 --spp 64"));
+}
+
+TEST_F(PixelPaths, KeepLightInShadowAndCausticsApart) {
+    size_t caustics = 0, in_shadow = 0;
+    for (const char* pixel : {"10,10", "8,9", "6,11"}) {
+        const json paths = trace("'" VELATURA_SOURCE_DIR
+                                 "/scenes/transport/caustic.usda' --caustics manifold --res 16 16 "
+                                 "--spp 16 --splitting off --replay " +
+                                 std::string(pixel));
+        for (const json& path : paths.at("paths")) {
+            for (const json& light : path.at("lights")) {
+                const bool is_shadowed = light.at("found") == "light sampled, in shadow";
+                in_shadow += is_shadowed;
+                if (light.at("found") != "caustic solved for") continue;
+                ++caustics;
+                EXPECT_FALSE(light.contains("light_pdf")) << light;
+                EXPECT_EQ(light.at("light"), "");
+            }
+        }
+    }
+    EXPECT_GT(caustics, 0u);
+    EXPECT_GT(in_shadow, 0u);
+}
+
+TEST_F(PixelPaths, HaveCurvesAsLongAsTheyWent) {
+    w.write("s.usda", small_scene());
+    size_t by_roulette = 0, escaped = 0;
+    for (const char* pixel : {"16,12", "5,20", "27,3"}) {
+        const json paths =
+            trace("s.usda --res 32 24 --spp 64 --adaptive off --replay " + std::string(pixel));
+        std::string expected;
+        for (const json& path : paths.at("paths")) {
+            for (const json& end : path.at("ends")) {
+                size_t points = 1;
+                for (int v = end.at("vertex"); v >= 0;
+                     v = path.at("vertices").at(size_t(v)).at("from"))
+                    ++points;
+                by_roulette += end.at("why") == "ended by roulette";
+                if (end.at("why") == "escaped") ++points, ++escaped;
+                expected +=
+                    (expected.empty() ? "" : ", ") + std::to_string(std::max(points, size_t(2)));
+            }
+        }
+        std::ifstream file(w.path("p.usda"));
+        const std::string text((std::istreambuf_iterator<char>(file)), {});
+        EXPECT_NE(text.find("curveVertexCounts = [" + expected + "]"), std::string::npos) << pixel;
+    }
+    EXPECT_GT(by_roulette, 0u);
+    EXPECT_GT(escaped, 0u);
+}
+
+/// Branches that pass a half-transparent surface have later vertices of the same bounce.
+TEST_F(PixelPaths, BranchesGoOnFromWhereThePathDivides) {
+    w.write("s.usda", R"(#usda 1.0
+(
+    metersPerUnit = 1
+    upAxis = "Y"
+)
+def Camera "Cam"
+{
+    float focalLength = 20
+    double3 xformOp:translate = (0, 1, 6)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+def Mesh "Room"
+{
+    int[] faceVertexCounts = [4, 4, 4, 4]
+    int[] faceVertexIndices = [0, 1, 2, 3, 4, 7, 6, 5, 0, 3, 7, 4, 1, 5, 6, 2]
+    point3f[] points = [(-3, -2, 5), (3, -2, 5), (3, -2, -4), (-3, -2, -4), (-3, 4, 5), (3, 4, 5), (3, 4, -4), (-3, 4, -4)]
+    uniform token subdivisionScheme = "none"
+    uniform bool doubleSided = 1
+    color3f[] primvars:displayColor = [(0.8, 0.8, 0.8)]
+}
+def Mesh "Veil" (prepend apiSchemas = ["MaterialBindingAPI"])
+{
+    int[] faceVertexCounts = [4]
+    int[] faceVertexIndices = [0, 1, 2, 3]
+    point3f[] points = [(-3, -2, 0), (3, -2, 0), (3, 4, 0), (-3, 4, 0)]
+    uniform token subdivisionScheme = "none"
+    uniform bool doubleSided = 1
+    rel material:binding = </Half>
+}
+def Material "Half"
+{
+    token outputs:surface.connect = </Half/S.outputs:surface>
+    def Shader "S"
+    {
+        uniform token info:id = "UsdPreviewSurface"
+        color3f inputs:diffuseColor = (0.8, 0.8, 0.8)
+        float inputs:opacity = 0.5
+        float inputs:ior = 1
+        float inputs:roughness = 1
+        token outputs:surface
+    }
+}
+def RectLight "Lamp"
+{
+    float inputs:intensity = 20
+    float inputs:width = 0.3
+    float inputs:height = 0.3
+    double3 xformOp:translate = (0, 3.8, 2)
+    float xformOp:rotateX = -90
+    uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:rotateX"]
+}
+)");
+    size_t branches = 0, passed = 0;
+    for (const char* pixel : {"8,6", "4,9", "12,3"}) {
+        const json paths =
+            trace("s.usda --res 16 12 --spp 64 --adaptive off --guiding off --replay " +
+                  std::string(pixel));
+        for (const json& path : paths.at("paths")) {
+            branches += path.at("ends").size() - 1;
+            for (const json& v : path.at("vertices")) {
+                const int from = v.at("from");
+                const json& before = from < 0 ? path.at("camera").at("position")
+                                              : path.at("vertices").at(size_t(from)).at("position");
+                double way2 = 0;
+                for (size_t k = 0; k < 3; ++k) {
+                    const double step = v.at("position")[k].get<double>() - before[k].get<double>();
+                    way2 += step * step;
+                }
+                EXPECT_NEAR(std::sqrt(way2), v.at("distance").get<double>(), 1e-3);
+                passed +=
+                    from >= 0 && v.at("bounce") == path.at("vertices")[size_t(from)].at("bounce");
+            }
+        }
+    }
+    EXPECT_GT(branches, 0u);
+    EXPECT_GT(passed, 0u);
+}
+
+TEST_F(PixelPaths, AreWrittenWhateverTheSceneIsCalled) {
+    w.write("c\xe9.usda", small_scene());
+    const json paths = trace("'c\xe9.usda' --res 32 24 --spp 1 --replay 16,12");
+    EXPECT_EQ(paths.at("scene").get<std::string>().substr(0, 1), "c");
 }
 
 TEST_F(PixelPaths, SayWhereAndHowLightWasFound) {
