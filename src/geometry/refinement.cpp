@@ -120,10 +120,12 @@ uint64_t set_rates(std::vector<Job>& jobs,
         } else {
             job.rates = edge_rates(*job.mesh, *job.surface, view, *job.render_from_shape,
                                    job.listed.is_light ? rate * light_factor : rate, max);
-            // What displacement moves is flat no more
+            // What displacement moves is flat no more, and lights are chosen triangle by triangle:
+            // a bright spot of a texture wants small ones
             if (!job.is_flat)
-                job.is_flat = job.is_displaced ? std::vector<uint8_t>()
-                                               : flat_faces(*job.mesh, *job.surface, job.rates);
+                job.is_flat = job.is_displaced || job.listed.is_light
+                                  ? std::vector<uint8_t>()
+                                  : flat_faces(*job.mesh, *job.surface, job.rates);
             spare_flat_edges(*job.mesh, *job.surface, *job.is_flat, job.rates);
         }
         triangles[i] = estimated_triangles(*job.mesh, *job.surface, job.rates);

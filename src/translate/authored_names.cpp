@@ -284,17 +284,21 @@ class NameCheck {
         const std::string nearest = nearest_spelling(name, known.names);
         const bool is_old_light = nearest == "inputs:" + name && prim.has_api("LightAPI");
         // `camera` of some pipeline's Scope is not our ray visibility with its namespaces forgotten
-        const bool is_others =
-            nearest.starts_with("primvars:velatura:") && name.find("velatura") == std::string::npos;
+        const bool is_others = nearest.starts_with("primvars:velatura:") &&
+                               name.find("velatura") == std::string::npos && !prim.is_a("Gprim");
         return is_old_light || is_others ? std::string() : nearest;
     }
 
-    /// Terminals of other renderers: `outputs:mdl:surface`.
+    /// Terminals of other renderers: `outputs:mdl:surface`, but not `outputs:mtxl:surface`.
     static bool is_terminal(std::string_view name) {
         const size_t colon = name.rfind(':');
         if (!name.starts_with("outputs:") || name.find(':') == colon) return false;
         const std::string_view what = name.substr(colon + 1);
-        return what == "surface" || what == "displacement" || what == "volume";
+        if (what != "surface" && what != "displacement" && what != "volume") return false;
+        const size_t begin = std::string_view("outputs:").size();
+        const std::string renderer(name.substr(begin, colon - begin));
+        static const std::array<std::string, 2> ours = {"mtlx", "velatura"};
+        return nearest_spelling(renderer, ours).empty();
     }
 
     static bool knows_inputs(const KnownNames& known) {

@@ -57,7 +57,9 @@ const Case cases[] = {
     {"def Material \"M\" { token outputs:mdl:surface\n token outputs:mdl:displacement\n token "
      "outputs:mdl:volume }",
      nullptr},
+    {"def Material \"M\" { token outputs:mtxl:surface }", "did you mean 'outputs:mtlx:surface'?"},
     {"def Scope \"S\" { rel camera = </Cam> }", nullptr},
+    {"def Sphere \"S\" { bool catcher = 1 }", "did you mean 'primvars:velatura:catcher'?"},
     {"def Material \"M\" { token outputs:surface.connect = </M/S.outputs:surface>\n def Shader "
      "\"S\" "
      "{ uniform token info:id = \"UsdPreviewSurface\"\n float inputs:rougness = 1\n token "

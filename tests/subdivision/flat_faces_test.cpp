@@ -39,9 +39,13 @@ class FlatFaces : public testing::Test {
 
     /// The mesh as the only one of a scene whose camera stands at the origin and looks along −z,
     /// one unit wide at distance 1, 200 pixels.
-    TriangleMeshData refined(scene::Mesh mesh, const geometry::Displacer* displacer = nullptr) {
+    TriangleMeshData refined(scene::Mesh mesh,
+                             const geometry::Displacer* displacer = nullptr,
+                             scene::MeshLightId light = scene::none) {
         scene::Scene scene;
         scene::Shape& shape = scene.shapes.emplace_back();
+        shape.light = light;
+        if (light != scene::none) scene.mesh_lights.resize(light + 1);
         shape.geometry = std::move(mesh);
         scene::Camera camera;
         camera.window_left = camera.window_bottom = -0.5;
@@ -163,6 +167,13 @@ TEST_F(FlatFaces, WhatMovesOrIsDisplacedKeepsItsTriangles) {
     scene::Mesh moves = still;
     moves.later_points = {moves.points};
     EXPECT_GT(refined(moves).triangles.size() * 10, asked_for(still) * 9);
+}
+
+// Light is sampled triangle by triangle, by the mean of each: a bright spot of an emission texture
+// on one quad wants small ones
+TEST_F(FlatFaces, LightsKeepTheirTriangles) {
+    EXPECT_GT(refined(ground(1), nullptr, 0).triangles.size(),
+              100 * refined(ground(1)).triangles.size());
 }
 
 TEST_F(FlatFaces, BesideBentOnesLeaveNoCrack) {

@@ -93,6 +93,10 @@ void read_transmission(SurfaceReader& s, Port metallic, Port base_color, scene::
     if (!m.thin_walled)
         m.transmission_depth =
             float(s.graph.constant_number(s.shader, "attenuation_distance", 0.0));
+    if (m.transmission_depth > 0.0f && !b.is_constant(base_color, 1.0f))
+        s.graph.ctx.warn("unsupported-input", s.shader.attribute("inputs:base_color"),
+                         "inputs:base_color does not tint transmission beside "
+                         "inputs:attenuation_distance: attenuation_color alone does");
     m.transmission_color =
         s.finish(m.transmission_depth > 0.0f ? s.color("attenuation_color", Rgb(1.0f)) : base_color,
                  Rgb(1.0f));

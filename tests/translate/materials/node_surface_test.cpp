@@ -161,6 +161,9 @@ TEST(NodeSurface, GltfTransmitsThroughWallsAndVolumes) {
     EXPECT_EQ(b.transmission_depth, 2.0f);
     EXPECT_EQ(b.transmission_color.value, Rgb(1, 0.25f, 1));
     EXPECT_FLOAT_EQ(b.dispersion, 0.02f);  // 1 / 50
+    // The scene has one color for what a surface and a volume take
+    EXPECT_EQ(wall.count("unsupported-input"), 0u);
+    EXPECT_EQ(solid.count("unsupported-input"), 1u);
 }
 
 TEST(NodeSurface, GltfAnisotropyKeepsItsWidths) {
