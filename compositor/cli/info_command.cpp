@@ -6,7 +6,6 @@
 #include "compositor/io/input_files.h"
 #include "compositor/io/layer_stack.h"
 #include "image/digest.h"
-#include "layers/cryptomatte.h"
 #include "layers/layer_file.h"
 
 #include <fmt/format.h>
@@ -39,8 +38,7 @@ int info_one(const InfoOptions& o) {
         const bool may_be_mattes = stack.error().code == "not-layers" && o.files.size() == 1;
         const auto image = may_be_mattes ? layers::read_layer_file(o.files[0])
                                          : Result<image::Image>(stack.error());
-        if (!image || layers::cryptomattes_of(*image, o.files[0]).empty())
-            return report(stack.error());
+        if (!image || !inspect::has_mattes(*image, o.files[0])) return report(stack.error());
         fmt::print("{}", o.json ? inspect::mattes_info_json(*image, o.files[0])
                                 : inspect::mattes_info_text(*image, o.files[0]));
         return done;

@@ -361,6 +361,13 @@ std::vector<std::pair<std::string, double>> shares_of(const image::Image& image,
 
 }  // namespace
 
+bool has_mattes(const image::Image& image, const std::string& path) {
+    const auto mattes = layers::cryptomattes_of(image, path);
+    return std::any_of(mattes.begin(), mattes.end(), [&](const layers::Cryptomatte& m) {
+        return layers::matte_ranks(image, m.layer).has_value();
+    });
+}
+
 std::string mattes_info_text(const image::Image& image, const std::string& path) {
     const int width = image.data.width(), height = image.data.height();
     std::string text =

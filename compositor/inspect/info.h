@@ -14,6 +14,9 @@ std::string info_text(const LayerStack& stack);
 /// The same as JSON (`velatura.info/1`).
 std::string info_json(const LayerStack& stack);
 
+/// Whether the image has a Cryptomatte with its ids, not its name alone.
+bool has_mattes(const image::Image& image, const std::string& path);
+
 /// Of a file without light that has Cryptomattes: its objects, and how much of the image each
 /// covers. path: that of the image, for manifests beside it.
 std::string mattes_info_text(const image::Image& image, const std::string& path);
