@@ -67,6 +67,14 @@ void read_data_window(Context& ctx, Prim prim, scene::RenderSettings& out) {
                          w[1], w[2], w[3]));
 }
 
+/// disableMotionBlur, else the attribute that it replaced; nothing if neither is authored.
+std::optional<bool> disables_motion_blur(Prim settings, usd::stage::TimeCode time) {
+    for (const char* name : {"disableMotionBlur", "instantaneousShutter"})
+        if (const Attribute attribute = settings.attribute(name); attribute.has_authored_value())
+            return read_bool(attribute, false, time);
+    return std::nullopt;
+}
+
 /// What RenderSettingsBase declares, taken only where the prim authors it. A resolution that cannot
 /// be rendered stays in `resolution` alone.
 void read_base(Context& ctx,
@@ -90,10 +98,7 @@ void read_base(Context& ctx,
     if (authored("aspectRatioConformPolicy"))
         out.aspect_conform = read_text(prim.attribute("aspectRatioConformPolicy"), "", time);
     if (authored("dataWindowNDC")) read_data_window(ctx, prim, out);
-    if (authored("disableMotionBlur"))
-        out.disable_motion_blur = read_bool(prim.attribute("disableMotionBlur"), false, time);
-    else if (authored("instantaneousShutter"))
-        out.disable_motion_blur = read_bool(prim.attribute("instantaneousShutter"), false, time);
+    if (const auto disabled = disables_motion_blur(prim, time)) out.disable_motion_blur = *disabled;
     if (authored("disableDepthOfField"))
         out.disable_depth_of_field = read_bool(prim.attribute("disableDepthOfField"), false, time);
     const Relationship camera = prim.relationship("camera");
@@ -302,21 +307,30 @@ std::optional<Error> check_resolution(Context& ctx,
                                                used.width, used.height, largest_side, place)};
 }
 
-/// Says what a stage is rendered by that names no settings.
-void note_no_settings(Context& ctx) {
+/// Chooses for a stage that names no settings, and says what. Motion blur is off where all settings
+/// of the stage are for an instantaneous shutter: what its cameras say is then not meant.
+void choose_without_settings(Context& ctx) {
     std::string first;
+    bool are_instantaneous = true;
     usd::stage::traverse(ctx.stage.pseudo_root(), [&](Prim prim) {
-        if (first.empty() && prim.is_a("RenderSettings")) first = prim.path_string();
-        return first.empty() && !prim.is_instance();
+        if (prim.is_a("RenderSettings")) {
+            if (first.empty()) first = prim.path_string();
+            are_instantaneous =
+                are_instantaneous && disables_motion_blur(prim, ctx.time).value_or(false);
+        }
+        return !prim.is_instance();
     });
-    const scene::RenderSettings& out = ctx.scene.settings;
+    scene::RenderSettings& out = ctx.scene.settings;
+    out.disable_motion_blur = !first.empty() && are_instantaneous;
     const std::string why =
         first.empty()
             ? "the stage has no RenderSettings"
             : fmt::format("renderSettingsPrimPath is not set; choose with --settings {}", first);
-    ctx.diagnostics.note("no-render-settings", {}, "",
-                         fmt::format("{}: {} x {} pixels and the other defaults are used", why,
-                                     out.width, out.height));
+    ctx.diagnostics.note(
+        "no-render-settings", {}, "",
+        fmt::format("{}: {} x {} pixels and the other defaults are used{}", why, out.width,
+                    out.height,
+                    out.disable_motion_blur ? ", but motion blur is off as there" : ""));
 }
 
 /// The space of all colors: the option's, else the one that the settings name.
@@ -365,7 +379,7 @@ Result<void> read_render_settings(Context& ctx, const TranslateOptions& options)
     if (auto error = check_resolution(ctx, options, resolution)) return *std::move(error);
     // A name that leads nowhere was warned of
     if (!prim && !ctx.rendered.pass && !ctx.stage.metadata("renderSettingsPrimPath"))
-        note_no_settings(ctx);
+        choose_without_settings(ctx);
     if (!options.purposes.empty()) out.included_purposes = options.purposes;
     ctx.rendered.purposes.insert(out.included_purposes.begin(), out.included_purposes.end());
     auto& bindings = out.material_binding_purposes;

@@ -86,6 +86,23 @@ TEST(Motion, IsNoneWhereTheShutterIsClosed) {
     EXPECT_EQ(backward.count("bad-camera-value"), 1u);
 }
 
+// Exporters leave out renderSettingsPrimPath: settings that all want an instantaneous shutter mean
+// their cameras' shutters not to count (luxtest)
+TEST(Motion, IsNoneWhereAllSettingsOfTheStageWantNone) {
+    const std::string still =
+        "def RenderSettings \"S\" { uniform bool instantaneousShutter = 1\n}\n";
+    for (const auto& [settings, moves] :
+         {std::pair<std::string, bool>{still, false},
+          {still + "def RenderSettings \"T\" { uniform bool disableMotionBlur = 1\n}\n", false},
+          {still + "def RenderSettings \"T\" {}\n", true},
+          {"def RenderSettings \"T\" {}\n", true}}) {
+        Translated t;
+        translate_text(camera(half_a_frame) + moving_quad() + settings, t, at_time(1.5));
+        ASSERT_EQ(t.error, "");
+        EXPECT_EQ(!t.mesh(0).later_points.empty(), moves) << settings;
+    }
+}
+
 TEST(Motion, HasAKeyAtEverySample) {
     // A sample at a third of the shutter's time
     Translated t;
