@@ -57,6 +57,13 @@ enum class Action {
     PreviousLayer,
     NextLayer,
     FlagPixels,
+    ShowStops,
+    ShowSamples,
+    ShowNoise,
+    Denoise,
+    TakeSnapshot,
+    Freeze,
+    SortByPixel,
     PickMatte,
     ShowHelp,
 };

@@ -59,7 +59,8 @@ Desktop::Desktop(const GlfwWindow& window, std::optional<double> frame)
       worker_(GlfwWindow::wake),
       loading_(GlfwWindow::wake),
       comparing_(GlfwWindow::wake),
-      saving_(GlfwWindow::wake) {
+      saving_(GlfwWindow::wake),
+      denoised_(GlfwWindow::wake) {
     if (auto displays = image::display_views()) {
         drawing_.displays = std::move(*displays);
     } else {
@@ -154,6 +155,8 @@ void Desktop::take_loaded() {
 }
 
 void Desktop::show(const Loaded& file) {
+    rendered_ = file.levels;
+    is_denoised_ = false;
     textures_.show(file.levels);
     drawing_.noise.reset();
     drawing_.flagged.clear();
@@ -197,6 +200,37 @@ void Desktop::take_renewed() {
 
 void Desktop::renew(const RenewedLayers& renewed) {
     if (!session_.has_file()) return show({followed_.paths, {}, renewed.levels});
+    rendered_ = renewed.levels;
+    // What is denoised stays until the same of these layers is there
+    const bool waits = session_.is_denoising() && is_denoised_ && !renewed.is_other_image &&
+                       renewed.levels->reduction() == 1;
+    if (waits) return;
+    is_denoised_ = false;
+    replace_layers(renewed);
+}
+
+/// Shows layers as rendered or denoised, by the switch.
+void Desktop::denoise() {
+    if (!session_.has_file() || !rendered_) return;
+    if (!session_.is_denoising()) {
+        denoised_.clear();
+        if (std::exchange(is_denoised_, false)) replace_layers({rendered_, false});
+        return;
+    }
+    // A draft is soon replaced
+    if (rendered_->reduction() == 1) denoised_.offer(rendered_);
+    const auto done = denoised_.take();
+    if (done && !*done) {
+        session_.report("not denoised: " + done->error().message, true);
+        session_.set_denoising(false);
+    } else if (done && rendered_->reduction() == 1) {
+        is_denoised_ = true;
+        replace_layers({**done, false});
+    }
+    denoised_.advance(!source_ || source_->is_settled());
+}
+
+void Desktop::replace_layers(const RenewedLayers& renewed) {
     const bool is_same_size = renewed.levels->image_frame() == session_.image_frame();
     // A pixel of a draft is not that of the image
     if (!is_same_size || renewed.levels->reduction() != session_.reduction())
@@ -232,6 +266,7 @@ void Desktop::take_up() {
     take_loaded();
     take_compared();
     take_renewed();
+    denoise();
     if (const auto saved = saving_.take())
         session_.report(*saved ? **saved : saved->error().message, !*saved);
     take_results();
@@ -239,6 +274,7 @@ void Desktop::take_up() {
 
 bool Desktop::is_settled() const {
     if (source_ && !source_->is_settled()) return false;
+    if (session_.is_denoising() && (denoised_.is_busy() || !denoised_.is_done())) return false;
     return !drawing_.is_working && !is_renewal_due_ && !loading_.is_busy() &&
            !comparing_.is_busy() && !saving_.is_busy();
 }
@@ -255,30 +291,36 @@ void Desktop::request() {
 void Desktop::draw_workspace() {
     const ImVec2 screen = ImGui::GetIO().DisplaySize;
     const float unit = ImGui::GetFontSize();
+    const bool has_file = session_.has_file();
     const float bar = ImGui::GetFrameHeight(), status = 1.9f * unit;
     const float tools = std::max(drawing_.toolbar_height, bar + 1.1f * unit);
     const float mixer = std::clamp(0.36f * screen.x, 32 * unit, 40 * unit);
     const float left = std::max(screen.x - mixer, 1.0f);
     const float numbers = std::clamp(0.27f * screen.y, 10 * unit, 17 * unit);
     const float noise = 17 * unit;
+    const float strip = has_file ? SnapshotStrip::height(session_) : 0;
     const float low = screen.y - status;
     {
         const Panel panel("menus", {0, 0}, {screen.x, bar}, ImGuiWindowFlags_MenuBar);
         draw_menu_bar(drawing_);
     }
-    const bool has_file = session_.has_file();
     if (has_file) {
         const Panel panel("tools", {0, bar}, {left, tools});
         draw_toolbar(drawing_);
     }
     {
         const float top = bar + (has_file ? tools : 0),
-                    height = low - top - (has_file ? numbers : 0);
+                    height = low - top - strip - (has_file ? numbers : 0);
         ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(0, 0));
         const Panel panel("picture", {0, top},
                           {has_file ? left : screen.x, std::max(height, 1.0f)});
         ImGui::PopStyleVar();
         draw_image(drawing_);
+    }
+    if (strip > 0) {
+        const Panel panel("snapshots", {0, low - numbers - strip}, {left, strip},
+                          ImGuiWindowFlags_HorizontalScrollbar);
+        strip_.draw(drawing_);
     }
     if (has_file) {
         {

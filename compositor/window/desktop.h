@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "compositor/window/denoised_layers.h"
 #include "compositor/window/dialogs.h"
 #include "compositor/window/drawing.h"
 #include "compositor/window/file_follower.h"
 #include "compositor/window/glfw_window.h"
 #include "compositor/window/jobs.h"
+#include "compositor/window/snapshot_strip.h"
 #include "compositor/window/worker.h"
 
 #include <cstdint>
@@ -94,6 +96,8 @@ class Desktop {
     void follow(Loaded files);
     void take_renewed();
     void renew(const RenewedLayers& renewed);
+    void replace_layers(const RenewedLayers& renewed);
+    void denoise();
     void take_results();
     void write_output(const std::string& path);
     void draw_workspace();
@@ -106,6 +110,7 @@ class Desktop {
     Textures textures_;
     Drawing drawing_;
     Dialogs dialogs_;
+    SnapshotStrip strip_;
     Worker worker_;
     uint64_t asked_ = 0;  ///< digest of the last request
     Jobs<Loaded> loading_;
@@ -116,6 +121,9 @@ class Desktop {
     bool is_renewal_due_ = false;
     std::shared_ptr<LayerSource> source_;  ///< null: nothing renews the layers
     bool is_live_ = false;                 ///< the source is a render, not a file
+    DenoisedLayers denoised_;
+    std::shared_ptr<const Levels> rendered_;  ///< the newest layers without denoising
+    bool is_denoised_ = false;                ///< what is shown
 };
 
 }  // namespace velatura::compositor::window

@@ -28,8 +28,18 @@ struct ImageMouse {
     bool is_alt = false, is_ctrl = false, is_shift = false;
 };
 
+/// Where the image is on the screen.
+struct ImagePlace {
+    ImVec2 low, high;  ///< of the panel that shows it
+    ImVec2 origin;     ///< of the image's top left corner
+    double scale = 1;  ///< pixels of the screen per pixel of the image
+};
+
 /// What the owner of a render adds to the window; each can be empty.
 struct LiveHooks {
+    std::function<void(const ImagePlace&, Marks&)> draw_over;  ///< on top of the image
+    std::function<void(Marks&)> draw_page;  ///< a page of the mixer, called `page_title`
+    std::string page_title;
     std::function<void(Marks&)> draw_tools;             ///< first in the toolbar
     std::function<bool(const ImageMouse&)> take_mouse;  ///< true: neither zoom nor pan
 };

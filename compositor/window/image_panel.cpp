@@ -107,6 +107,9 @@ void draw_look_tools(Drawing& drawing) {
     const char* copy = session.active() == 0 ? "A → B" : "B → A";
     if (tool_button(drawing, copy, false, "Copy this look over the other one (C)"))
         session.perform(Action::CopyLook);
+    if (tool_button(drawing, "Snapshot", false,
+                    "Keep the image and its look in the strip (T); Shift+T compares with it"))
+        session.perform(Action::TakeSnapshot);
 }
 
 /// What the numbers of the file mean.
@@ -187,6 +190,11 @@ void draw_channels(Drawing& drawing) {
     explain(
         "Mark pixels (O): NaN or Inf magenta, clipped orange, negative blue; counts are in the "
         "status line");
+    ImGui::SameLine();
+    if (switch_button("denoised", "Denoised", session.is_denoising(), color::accent))
+        session.perform(Action::Denoise);
+    note_item(drawing, "tool Denoised");
+    explain("All layers by the filter of velatura-comp denoise (D)");
     if (session.picker().layers().empty()) return;
     ImGui::SameLine();
     if (switch_button("pick", "Pick", session.is_picking(), color::accent))
@@ -295,6 +303,7 @@ void handle_mouse(Drawing& drawing, const ImVec2& area, const Place& place, floa
     if (!frame.contains(int(std::floor(pixel[0])), int(std::floor(pixel[1])))) return;
     const int x = int(pixel[0]) / session.reduction(), y = int(pixel[1]) / session.reduction();
     drawing.cursor = {{x, y}};
+    session.hover({int(pixel[0]), int(pixel[1])});
     constexpr float still = 9;  // square of the pixels that a hand trembles
     if (session.is_picking() && ImGui::IsItemDeactivated() && !is_dragging_wipe &&
         io.MouseDragMaxDistanceSqr[0] < still)
@@ -344,6 +353,34 @@ void draw_mode(Drawing& drawing, const ImVec2& low, const ImVec2& high) {
     list.AddRectFilled(corner, end, packed({0, 0, 0, 0.75f}), 3);
     list.AddText({corner.x + 6, corner.y + 4}, packed(color::accent), words.c_str());
     drawing.marks.note("mode", {corner.x, corner.y, end.x, end.y});
+}
+
+/// What false colors stand for, at the lower right.
+void draw_scale(Drawing& drawing, const ImVec2& low, const ImVec2& high) {
+    const Session& session = drawing.session;
+    const ImageTask* image = session.image(session.active());
+    if (!image || image->mode.false_color == FalseColor::None) return;
+    const float unit = ImGui::GetFontSize();
+    const float width = std::min(18 * unit, high.x - low.x - 4 * unit);
+    if (width < 6 * unit) return;
+    const ImVec2 corner = {high.x - width - 2 * unit, high.y - 2.6f * unit};
+    ImDrawList& list = *ImGui::GetWindowDrawList();
+    const ImVec2 end = {high.x - 0.4f * unit, high.y - 0.4f * unit};
+    list.AddRectFilled({corner.x - 1.6f * unit, corner.y - 0.4f * unit}, end,
+                       packed({0, 0, 0, 0.75f}), 3);
+    constexpr int steps = 48;
+    for (int i = 0; i < steps; ++i) {
+        const auto c = scale_color((float(i) + 0.5f) / steps);
+        list.AddRectFilled({corner.x + width * float(i) / steps, corner.y},
+                           {corner.x + width * float(i + 1) / steps, corner.y + 0.8f * unit},
+                           IM_COL32(c[0], c[1], c[2], 255));
+    }
+    for (const ScaleMark& mark : scale_of(image->mode)) {
+        const float half = ImGui::CalcTextSize(mark.text.c_str()).x / 2;
+        list.AddText({corner.x + width * mark.t - half, corner.y + 0.9f * unit},
+                     packed(color::text), mark.text.c_str());
+    }
+    drawing.marks.note("scale", {corner.x, corner.y, end.x, end.y});
 }
 
 void draw_nothing_yet(const Drawing& drawing, const ImVec2& low, const ImVec2& size) {
@@ -422,6 +459,10 @@ void draw_image(Drawing& drawing) {
     draw_stale(drawing, {std::max(place.origin.x, low.x), std::max(place.origin.y, low.y)});
     draw_mode(drawing, {std::max(place.origin.x, low.x), std::max(place.origin.y, low.y)},
               {std::min(place.end.x, high.x), std::min(place.end.y, high.y)});
+    draw_scale(drawing, {std::max(place.origin.x, low.x), std::max(place.origin.y, low.y)},
+               {std::min(place.end.x, high.x), std::min(place.end.y, high.y)});
+    if (drawing.live.draw_over)
+        drawing.live.draw_over({low, high, place.origin, place.scale}, drawing.marks);
     ImGui::PopClipRect();
     drawing.marks.note("picture", {std::max(place.origin.x, low.x), std::max(place.origin.y, low.y),
                                    std::min(place.end.x, high.x), std::min(place.end.y, high.y)});

@@ -50,6 +50,12 @@ class Jobs {
         add(std::move(work));
     }
 
+    /// Nothing more comes of those so far.
+    void drop() {
+        waiting_.clear();
+        is_dropped_ = running_.has_value();
+    }
+
     /// What came of the oldest job that has ended and was not taken.
     std::optional<Result<T>> take() {
         if (!running_ || running_->wait_for(std::chrono::seconds(0)) != std::future_status::ready)

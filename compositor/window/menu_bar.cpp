@@ -63,6 +63,14 @@ bool is_comparing(const Session& session) {
     return !session.compared().empty();
 }
 
+bool is_denoising(const Session& session) {
+    return session.is_denoising();
+}
+
+bool is_sorting(const Session& session) {
+    return session.is_sorting();
+}
+
 /// A line of a menu: an action, a menu of its own (`draw`), or a line between others (no label).
 struct Entry {
     const char* label = nullptr;
@@ -128,8 +136,15 @@ const std::vector<Menu>& menus() {
           {"Next layer", Action::NextLayer},
           {"Previous layer", Action::PreviousLayer},
           {"Mark NaN and clipping", Action::FlagPixels},
+          {"False color", Action::ShowStops},
+          {"Sample heat map", Action::ShowSamples},
+          {"Noise map", Action::ShowNoise},
+          {"Denoised", Action::Denoise, has_file, nullptr, is_denoising},
+          {"Sort rows by the pixel", Action::SortByPixel, has_file, nullptr, is_sorting},
           {"Pick objects", Action::PickMatte},
           {},
+          {"Take a snapshot", Action::TakeSnapshot},
+          {"Freeze as B", Action::Freeze},
           {"Wipe A | B", Action::ToggleWipe},
           {"Edit the other look", Action::SwitchLook}}},
         {"Help", always, {{"Keys", Action::ShowHelp, always}}}};

@@ -138,6 +138,21 @@ class Row {
             explain((shown == title ? note : title + "\n" + note).c_str());
         }
         draw_noise_share();
+        draw_pixel_share();
+    }
+
+    /// What the row has of the light at the pixel that rows are sorted by.
+    void draw_pixel_share() {
+        const PixelShares* shares = session_.pixel_shares();
+        if (!shares) return;
+        const std::string share = fmt::format("{:.0f} %", 100 * shares->of(target_));
+        const ImVec2 high = ImGui::GetItemRectMax(), low = ImGui::GetItemRectMin();
+        const float width = ImGui::CalcTextSize(share.c_str()).x;
+        ImDrawList& list = *ImGui::GetWindowDrawList();
+        list.AddRectFilled({high.x - width - 4, low.y}, {high.x, high.y - 6}, packed(color::panel));
+        list.AddText({high.x - width, low.y + ImGui::GetStyle().FramePadding.y - 1},
+                     packed(color::accent), share.c_str());
+        drawing_.marks.note(mark("share"), {high.x - width, low.y, high.x, high.y});
     }
 
     /// A hair line below the name: how much of the noise is this row's.
@@ -317,13 +332,18 @@ void draw_search(Drawing& drawing, const std::vector<std::string>& targets) {
                       : fmt::format("{} of {}", session.found(targets).size(), targets.size());
     const float unit = ImGui::GetFontSize();
     if (session.take_search_request()) ImGui::SetKeyboardFocusHere();
-    ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x - 11 * unit);
+    ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x - 13 * unit);
     if (ImGui::InputTextWithHint("##search", "Search rows (Ctrl+F)", typed.data(), typed.size()))
         search(typed.data());
     note_item(drawing, "search");
     ImGui::SameLine();
     if (quiet_button("clear", "×", !words.empty())) search("");
     note_item(drawing, "clear search");
+    ImGui::SameLine();
+    if (switch_button("at pixel", "L", session.is_sorting(), color::accent))
+        session.perform(Action::SortByPixel);
+    note_item(drawing, "sort by pixel");
+    explain("Sort rows by their light at the pixel that the mouse was over last (L)");
     ImGui::SameLine();
     text(count, color::dim);
     note_item(drawing, "row count");
@@ -376,6 +396,17 @@ void draw_mixer(Drawing& drawing) {
             body("cells", [&] { draw_cells(drawing); });
         if (begin_page(drawing, "Shadows", Page::Shadows))
             body("shadows", [&] { draw_shadows(drawing); });
+        if (drawing.live.draw_page) {
+            const std::string& title = drawing.live.page_title;
+            const bool is_open = ImGui::BeginTabItem(title.c_str());
+            note_item(drawing, "page " + title);
+            if (is_open) {
+                if (ImGui::BeginChild("live", {0, -further_height}))
+                    drawing.live.draw_page(drawing.marks);
+                ImGui::EndChild();
+                ImGui::EndTabItem();
+            }
+        }
         ImGui::EndTabBar();
     }
     if (further_height > 0) draw_advanced(drawing);

@@ -59,6 +59,13 @@ std::string not_finite_text(const Levels& levels) {
     return "; NaN or Inf in " + list + " (taken as 0)";
 }
 
+/// How the file was read.
+std::string notes_text(const LayerStack& stack) {
+    std::string text;
+    for (const std::string& note : stack.notes()) text += "; " + note;
+    return text;
+}
+
 }  // namespace
 
 Session::Session(RecentFiles recent, AutosavedLooks kept)
@@ -84,7 +91,7 @@ void Session::show(std::string path,
     report(fmt::format(
                "{} layers, {} {}", file.header().layers.size(), rows_of_file,
                file.is_plain() ? "rows of a file without a header of Velatura" : "light groups") +
-           notes_text() + not_finite_text(*levels_) +
+           notes_text(stack()) + not_finite_text(*levels_) +
            (is_plain(look()) ? "" : "; the look is the one from before (Ctrl+R: as rendered)"));
     if (waiting_) take_over(*std::exchange(waiting_, std::nullopt));
 }
@@ -119,13 +126,6 @@ void Session::renew(std::shared_ptr<const Levels> levels, bool is_other_image) {
         same_look.look_version = before[i]->look_version;
         images_[i] = std::make_shared<const ImageTask>(std::move(same_look));
     }
-}
-
-/// How the file was read.
-std::string Session::notes_text() const {
-    std::string text;
-    for (const std::string& note : stack().notes()) text += "; " + note;
-    return text;
 }
 
 /// The looks of the file before go on; else those that were kept for this one come back. The last
@@ -391,7 +391,7 @@ std::vector<std::string> Session::found(const std::vector<std::string>& targets)
     std::vector<std::string> found;
     std::copy_if(targets.begin(), targets.end(), std::back_inserter(found),
                  [&](const std::string& t) { return is_found(row_title(t), row_search_); });
-    return found;
+    return sorted_at_ && shares_ ? shares_->sorted(std::move(found)) : found;
 }
 
 void Session::select_neighbor(int step) {

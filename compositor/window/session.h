@@ -9,7 +9,9 @@
 #include "compositor/window/levels.h"
 #include "compositor/window/matte_pick.h"
 #include "compositor/window/outputs.h"
+#include "compositor/window/pixel_shares.h"
 #include "compositor/window/recent_files.h"
+#include "compositor/window/snapshots.h"
 #include "compositor/window/view_mode.h"
 #include "compositor/window/worker.h"
 
@@ -161,7 +163,40 @@ class Session {
 
     void clear_matte();
 
+    // Rows by their light at a pixel
+
+    /// Of the image, under the mouse.
+    void hover(const std::array<int, 2>& pixel) { hovered_ = pixel; }
+
+    bool is_sorting() const { return sorted_at_.has_value(); }
+
+    /// found() lists rows with more light at that pixel of the image first; none: in the file's
+    /// order.
+    void sort_rows_at(std::optional<std::array<int, 2>> pixel);
+
+    /// What rows have of the light at that pixel, of the image as it is now; null: rows are not
+    /// sorted.
+    const PixelShares* pixel_shares();
+
+    // Snapshots
+
+    const std::vector<Snapshot>& snapshots() const { return snapshots_.all(); }
+
+    /// Of the active look. Returns: whether there was an image that it could be of.
+    bool take_snapshot();
+
+    /// Look B becomes that image, which stays as it is.
+    void compare_with_snapshot(size_t index);
+    void use_look_of_snapshot(size_t index);
+
+    void remove_snapshot(size_t index) { snapshots_.remove(index); }
+
     // What is shown
+
+    /// All layers are to be shown denoised.
+    bool is_denoising() const { return is_denoising_; }
+
+    void set_denoising(bool is_denoising) { is_denoising_ = is_denoising; }
 
     /// The last mix of a look that the file can express; null before there is one.
     const ImageTask* image(size_t index) const;
@@ -299,7 +334,6 @@ class Session {
     void keep_picks();
     RowTarget selected_row() const;
     void take_levels(std::shared_ptr<const Levels> levels);
-    std::string notes_text() const;
     bool is_saved(const Look& look) const;
     void remember_saved(const Look& look);
     void want_neighbor(int step);
@@ -344,12 +378,16 @@ class Session {
     uint64_t last_version_ = 0;
     std::map<std::array<std::string, 4>, std::shared_ptr<const image::DisplayTransform>>
         transforms_;  ///< by file, display, view and input space
+    Snapshots snapshots_;
+    std::optional<std::array<int, 2>> hovered_, sorted_at_;
+    std::optional<PixelShares> shares_;
+    std::pair<uint64_t, Page> shares_of_ = {0, Page::Lights};  ///< image and page
     MattePicker picker_;
     std::vector<std::string> picked_;
     ImageView view_;
     ViewMode mode_;
     bool is_picking_ = false, is_wiping_ = false, wants_to_quit_ = false, wants_to_search_ = false,
-         is_following_ = false;
+         is_following_ = false, is_denoising_ = false;
     double wipe_ = 0.5;
     Page page_ = Page::Lights;
     std::string lobe_of_cells_;

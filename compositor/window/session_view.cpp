@@ -5,6 +5,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <optional>
+#include <string>
 #include <utility>
 
 namespace velatura::compositor::window {
@@ -12,6 +15,18 @@ namespace velatura::compositor::window {
 namespace {
 
 constexpr double zoom_step = 1.25;
+
+/// The largest value of a channel; none: it is not stored.
+std::optional<float> most_of(const LayerStack& stack, const std::string& name) {
+    for (const image::Part& part : stack.image().parts) {
+        const image::Channel* channel = part.find(name);
+        if (!channel) continue;
+        float most = 0;
+        for (size_t i = 0; i < channel->size(); ++i) most = std::max(most, channel->value(i));
+        return most;
+    }
+    return std::nullopt;
+}
 
 }  // namespace
 
@@ -74,6 +89,15 @@ bool Session::show_channel(Action action) {
 Result<ViewMode> Session::mode_of(size_t index) const {
     ViewMode mode = mode_;
     if (is_picking_) mode.matte = matte_;
+    if (const std::string needed = layer_of(mode.false_color); !needed.empty()) {
+        const auto most = most_of(levels_of(index)->stack(0), needed);
+        if (!most)
+            return Error{"no-layer",
+                         fmt::format("{} has no layer '{}', which this view is made "
+                                     "from (--layers data)",
+                                     index == 1 && compared_ ? compared_path_ : path_, needed)};
+        mode.most_samples = mode.false_color == FalseColor::Samples ? *most : 0;
+    }
     if (!mode_.layer || levels_of(index) == levels_) return mode;
     for (const ShownLayer& layer : compared_->shown()) {
         if (layer.name != mode_.layer->name) continue;
@@ -158,6 +182,54 @@ void Session::set_wipe(double share) {
     wipe_ = std::clamp(share, 0.0, 1.0);
 }
 
+bool Session::take_snapshot() {
+    const auto& image = images_[active_];
+    if (!image || !image->levels || image->levels->reduction() > 1) {
+        report("no snapshot of a draft: wait for the image", true);
+        return false;
+    }
+    report(snapshots_.add(*image).title + " taken: click it to show it as B");
+    return true;
+}
+
+void Session::compare_with_snapshot(size_t index) {
+    const Snapshot snapshot = snapshots_.all()[index];
+    compare(snapshot.title, snapshot.levels);
+    if (compared_ != snapshot.levels) return;
+    Looks looks = history_.now();
+    looks[1] = snapshot.look;
+    history_.change(std::move(looks), "");
+    after_change();
+    report("B is " + snapshot.title + " as it was");
+}
+
+void Session::use_look_of_snapshot(size_t index) {
+    const Snapshot& snapshot = snapshots_.all()[index];
+    edit("", [&](Look& look) { look = snapshot.look; });
+    report("the look is that of " + snapshot.title);
+}
+
+void Session::sort_rows_at(std::optional<std::array<int, 2>> pixel) {
+    sorted_at_ = pixel;
+    shares_.reset();
+    if (pixel) pixel_shares();
+}
+
+const PixelShares* Session::pixel_shares() {
+    const auto& image = images_[active_];
+    if (!sorted_at_ || !image) return nullptr;
+    const std::pair<uint64_t, Page> now = {image->version, page_};
+    if (shares_ && shares_of_ == now) return &*shares_;
+    const Levels& levels = *levels_of(active_);
+    const int k = levels.reduction();
+    shares_of_ = now;
+    shares_ = shares_at(levels.stack(0), image->look, targets_of_page(),
+                        {(*sorted_at_)[0] / k, (*sorted_at_)[1] / k},
+                        [&](const Look& look) { return plan_for(active_, look); });
+    shares_->pixel = *sorted_at_;
+    return &*shares_;
+}
+
 /// False for an action that changes nothing of what is shown.
 bool Session::perform_on_view(Action action) {
     switch (action) {
@@ -194,6 +266,32 @@ bool Session::perform_on_view(Action action) {
             set_mode(std::move(mode));
             return true;
         }
+        case Action::ShowStops:
+        case Action::ShowSamples:
+        case Action::ShowNoise: {
+            const FalseColor wanted = action == Action::ShowStops     ? FalseColor::Stops
+                                      : action == Action::ShowSamples ? FalseColor::Samples
+                                                                      : FalseColor::Noise;
+            ViewMode mode = mode_;
+            mode.false_color = mode.false_color == wanted ? FalseColor::None : wanted;
+            set_mode(std::move(mode));
+            return true;
+        }
+        case Action::Denoise:
+            is_denoising_ = !is_denoising_;
+            return true;
+        case Action::TakeSnapshot:
+            take_snapshot();
+            return true;
+        case Action::Freeze:
+            if (take_snapshot()) compare_with_snapshot(snapshots_.all().size() - 1);
+            return true;
+        case Action::SortByPixel:
+            sort_rows_at(sorted_at_ ? std::nullopt : hovered_);
+            report(sorted_at_ ? fmt::format("rows by their light at {}, {}; L: in order",
+                                            (*sorted_at_)[0], (*sorted_at_)[1])
+                              : std::string("rows in order"));
+            return true;
         case Action::SwitchLook:
             active_ = 1 - active_;
             return true;

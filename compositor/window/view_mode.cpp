@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/window/view_mode.h"
 
+#include "canvas/false_color.h"
 #include "image/formats.h"
 
 #include <fmt/format.h>
@@ -127,6 +128,67 @@ void isolate(std::vector<float>& rgb, ShownChannel channel) {
     }
 }
 
+constexpr float middle_gray = 0.18f, stops_beside_it = 6;
+/// Of the noise map: 10^-3 to 1.
+constexpr float decades_of_noise = 3;
+
+float luminance_of(const float* rgb) {
+    float sum = 0;
+    for (size_t c = 0; c < 3; ++c) sum += luminance[c] * rgb[c];
+    return sum;
+}
+
+const image::Channel* find_channel(const LayerStack& stack, const std::string& name) {
+    for (const image::Part& part : stack.image().parts)
+        if (const image::Channel* channel = part.find(name)) return channel;
+    return nullptr;
+}
+
+/// Places on the scale. rgb: what is shown, scene-linear.
+std::vector<float> scale_places(const TileSource& source,
+                                const ViewMode& mode,
+                                const Tile& tile,
+                                const std::vector<float>& rgb) {
+    std::vector<float> places(tile.pixel_count(), 0.0f);
+    if (mode.false_color == FalseColor::Stops) {
+        for (size_t i = 0; i < places.size(); ++i) {
+            const float y = luminance_of(&rgb[3 * i]);
+            if (y > 0)
+                places[i] = (std::log2(y / middle_gray) + stops_beside_it) / (2 * stops_beside_it);
+        }
+        return places;
+    }
+    const image::Channel* channel = find_channel(source.stack, layer_of(mode.false_color));
+    if (!channel) return places;
+    places = tile.values(channel);
+    if (mode.false_color == FalseColor::Samples) {
+        for (float& v : places) v /= std::max(mode.most_samples, 1.0f);
+        return places;
+    }
+    std::array<std::vector<float>, 3> beauty;
+    for (size_t c = 0; c < 3; ++c) beauty[c] = tile.values(source.stack.channel("rgba", c));
+    for (size_t i = 0; i < places.size(); ++i) {
+        const float mean = (beauty[0][i] + beauty[1][i] + beauty[2][i]) / 3;
+        const float error = std::sqrt(std::max(places[i], 0.0f));
+        if (error == 0) continue;
+        places[i] = mean > 0 ? std::log10(error / mean) / decades_of_noise + 1 : 1.0f;
+    }
+    return places;
+}
+
+ShownTile show_scale(const std::vector<float>& places, const std::vector<uint8_t>& marks) {
+    ShownTile out;
+    out.rgba.reserve(4 * places.size());
+    for (size_t i = 0; i < places.size(); ++i) {
+        const bool is_bad = marks[i] != 0 || !std::isfinite(places[i]);
+        if (is_bad) ++out.flagged.not_finite;
+        const auto color = is_bad ? not_finite_mark : scale_color(places[i]);
+        out.rgba.insert(out.rgba.end(), color.begin(), color.end());
+        out.rgba.push_back(255);
+    }
+    return out;
+}
+
 /// Which of the three channels is worst, as a mark; none: nothing is wrong.
 const std::array<uint8_t, 3>* mark_of(
     const float* scene, const float* display, bool is_alpha, bool is_bad, FlaggedPixels& flagged) {
@@ -170,7 +232,39 @@ std::string ViewMode::text() const {
                                      [&](const ChannelChoice& c) { return c.channel == channel; });
         text += (text.empty() ? "" : ", ") + std::string(at->name);
     }
+    constexpr std::array names = {"", "stops about 0.18", "samples per pixel",
+                                  "relative standard error"};
+    if (false_color != FalseColor::None)
+        text += (text.empty() ? "" : ", ") + std::string(names[size_t(false_color)]);
     return text;
+}
+
+std::vector<ScaleMark> scale_of(const ViewMode& mode) {
+    switch (mode.false_color) {
+        case FalseColor::None:
+            break;
+        case FalseColor::Stops:
+            return {{0, "-6"}, {0.25f, "-3"}, {0.5f, "0"}, {0.75f, "+3"}, {1, "+6"}};
+        case FalseColor::Samples:
+            return {{0, "0"},
+                    {0.5f, fmt::format("{:.4g}", mode.most_samples / 2)},
+                    {1, fmt::format("{:.4g}", mode.most_samples)}};
+        case FalseColor::Noise:
+            return {{0, "0.1 %"}, {1 / 3.0f, "1 %"}, {2 / 3.0f, "10 %"}, {1, "100 %"}};
+    }
+    return {};
+}
+
+std::array<uint8_t, 3> scale_color(float t) {
+    const std::array<float, 3> color = canvas::glow(double(t));
+    return {image::display_byte(color[0]), image::display_byte(color[1]),
+            image::display_byte(color[2])};
+}
+
+const char* layer_of(FalseColor color) {
+    return color == FalseColor::Samples ? "sampleCount"
+           : color == FalseColor::Noise ? "variance"
+                                        : "";
 }
 
 FlaggedPixels& FlaggedPixels::operator+=(const FlaggedPixels& other) {
@@ -206,6 +300,11 @@ ShownTile show_tile(const TileSource& source, const ViewMode& mode, const image:
     }
     if (!is_alpha) isolate(rgb, mode.channel);
     clean(rgb, 3, marks);
+    if (mode.false_color != FalseColor::None) {
+        ShownTile out = show_scale(scale_places(source, mode, tile, rgb), marks);
+        if (source.matte) draw_matte(tile, *source.matte, out.rgba);
+        return out;
+    }
     std::vector<float> shown = rgb;
     if (!is_alpha) source.transform.apply(shown);
     ShownTile out;

@@ -31,18 +31,43 @@ struct ChannelChoice {
 
 std::span<const ChannelChoice> channel_choices();
 
+/// What numbers are drawn as instead of their color.
+enum class FalseColor : uint8_t {
+    None,
+    Stops,    ///< luminance of what is shown, -6 to +6 stops about 0.18
+    Samples,  ///< layer `sampleCount`, 0 to the most of a pixel
+    Noise,    ///< relative standard error of the beauty, from the layer `variance`: 0.1 to 100 %
+};
+
 /// What the screen shows instead of the mix: no part of a look, and saved nowhere.
 struct ViewMode {
     std::optional<ShownLayer> layer;  ///< none: the mix
     ShownChannel channel = ShownChannel::Color;
     bool flags_pixels = false;  ///< over the image
     std::string matte = {};     ///< drawn over the image in red, as `--matte` reads it; empty: none
+    FalseColor false_color = FalseColor::None;
+    float most_samples = 0;  ///< of a pixel, for FalseColor::Samples
 
     bool operator==(const ViewMode&) const = default;
 
     /// `key, red`; empty for the mix in color.
     std::string text() const;
 };
+
+/// A value on the scale of false colors.
+struct ScaleMark {
+    float t = 0;  ///< place on the scale, 0 to 1
+    std::string text;
+};
+
+/// From 0 to 1; empty where colors are not false.
+std::vector<ScaleMark> scale_of(const ViewMode& mode);
+
+/// The bytes at a place on the scale.
+std::array<uint8_t, 3> scale_color(float t);
+
+/// The layer that a false color is made from; empty: what is shown.
+const char* layer_of(FalseColor color);
 
 /// Pixels that a screen does not show as they are.
 struct FlaggedPixels {

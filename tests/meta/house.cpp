@@ -94,7 +94,8 @@ const std::map<std::string, std::set<std::string>>& tier_table() {
          room_of_compositor({"io", "look", "mix", "denoise", "noise", "bake", "exports", "inspect"},
                             {"base/process"})},
         {"compositor/window",
-         room_of_compositor({"io", "look", "mix", "noise", "bake", "exports"}, {"base/process"})},
+         room_of_compositor({"io", "look", "mix", "denoise", "noise", "bake", "exports"},
+                            {"base/process", "canvas"})},
     };
     return table;
 }
