@@ -51,9 +51,10 @@ struct SubmitArguments {
 
 /// Options of a render that pieces have no use for, or whose files do not merge.
 constexpr std::array refused_options = {
-    "--samples",  "--resumable", "--resume",         "--snapshot",      "--time", "--rates-from",
-    "--forecast", "--deep",      "--require-target", "--deep-samples",  "--crop", "--replay",
-    "--paths",    "--stats",     "--display",        "--display-layers"};
+    "--samples",    "--resumable", "--resume",        "--snapshot",       "--time",
+    "--rates-from", "--forecast",  "--deep",          "--require-target", "--deep-samples",
+    "--crop",       "--replay",    "--paths",         "--preview",        "--every",
+    "--stats",      "--display",   "--display-layers"};
 
 /// Options that a job stores in another form.
 constexpr std::array own_options = {

@@ -8,12 +8,18 @@
 #include "app/replay.h"
 #include "app/stats.h"
 #include "app/stop_signals.h"
+#include "base/input_guard.h"
 #include "base/process/memory_limit.h"
+#include "image/display.h"
+#include "image/file_color.h"
+#include "image/image.h"
 #include "integrator/sample_placement.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cstdint>
 #include <utility>
 
 namespace velatura::app {
@@ -39,6 +45,10 @@ int FrameRenderer::make(const RenderJob& job,
         }
         facts.files = scene_files(input.scene);
         facts.settings = frame_settings(job, input, facts.files);
+        if (const Result<void> ok = check_output(job.arguments.preview); !ok) {
+            diagnostics.error(ok.error().code, {}, {}, ok.error().message);
+            return UsageError;
+        }
         if (has_output) {
             // That has read all files of the scene
             if (const Result<void> ok = check_outputs(input); !ok) {
@@ -191,11 +201,39 @@ void FrameRenderer::start_display() {
                           started.error().message + "; trying again during the render");
 }
 
+/// An image that cannot be made is no reason not to render.
+void FrameRenderer::start_preview() {
+    if (job_.arguments.preview.empty() && !job_.terminal) return;
+    const scene::RenderSettings& settings = input_.scene.settings;
+    layers::FileInfo info;
+    render::state_color_space(settings, info);
+    image::Image file;
+    file.attributes["chromaticities"] = info.chromaticities;
+    file.attributes["colorInteropID"] = info.color_space;
+    const auto color = image::color_of(file);
+    auto transform = color ? image::DisplayTransform::make("", "", *color)
+                           : Result<image::DisplayTransform>(color.error());
+    if (!transform) {
+        diagnostics_.warn("preview", {}, {},
+                          "--preview: " + transform.error().message + "; there is no preview");
+        return;
+    }
+    display::PreviewOptions options;
+    options.file = job_.arguments.preview;
+    options.display = {0, 0, settings.width, settings.height};
+    options.pixel_aspect = float(settings.pixel_aspect_ratio);
+    options.interval = std::chrono::milliseconds(int64_t(1000 * job_.preview_interval_s));
+    if (job_.terminal)
+        options.show = [this](const display::PreviewImage& image) { progress_.show_image(image); };
+    preview_.emplace(std::move(options), *std::move(transform));
+}
+
 integrator::RenderCallbacks FrameRenderer::callbacks() {
     integrator::RenderCallbacks callbacks;
-    if (display_)
+    if (display_ || preview_)
         callbacks.tile_done = [&](const film::Film& film, const film::Window& tile) {
-            display_->add_tile(film, tile);
+            if (display_) display_->add_tile(film, tile);
+            if (preview_) preview_->add_tile(film, tile);
         };
     callbacks.progress = [&](const integrator::RenderState& state) {
         if (!memory_->keeps_limit()) is_short_of_memory_ = true;
@@ -214,20 +252,30 @@ integrator::RenderCallbacks FrameRenderer::callbacks() {
 void FrameRenderer::render() {
     MemoryLimit::watch();  // pixels take memory tile by tile
     start_display();
+    start_preview();
     result_ = renderer_.advance(callbacks(), top_up_ ? &*top_up_ : nullptr);
     noise_ = renderer_.film().noise();
     if (!memory_->keeps_limit()) is_short_of_memory_ = true;
-    if (display_) {
-        // What a continued render began with, and what others added, as well
-        constexpr int rows = 64;
-        const image::Window w = renderer_.film().window();
-        for (int y = w.y0; y < w.y1; y += rows)
-            display_->add_tile(renderer_.film(), {w.x0, y, w.x1, std::min(y + rows, w.y1)});
-        display_->finish();
-        display_.reset();
-    }
+    end_views();
     progress_.finish(renderer_.film(), noise_, result_);
     report_bad_samples(renderer_.film(), result_, diagnostics_);
+}
+
+/// Viewers and previews show what a continued render began with, and what others added, as well.
+void FrameRenderer::end_views() {
+    constexpr int rows = 64;
+    const image::Window w = renderer_.film().window();
+    for (int y = w.y0; (display_ || preview_) && y < w.y1; y += rows) {
+        const image::Window strip = {w.x0, y, w.x1, std::min(y + rows, w.y1)};
+        if (display_) display_->add_tile(renderer_.film(), strip);
+        if (preview_) preview_->add_tile(renderer_.film(), strip);
+    }
+    if (display_) display_->finish();
+    display_.reset();
+    if (!preview_) return;
+    if (const Result<void> written = preview_->finish(); !written)
+        diagnostics_.warn("preview", {}, {}, "--preview: " + written.error().message);
+    preview_.reset();
 }
 
 int FrameRenderer::finish() {

@@ -11,6 +11,7 @@
 #include "base/diagnostics.h"
 #include "base/output_lock.h"
 #include "display/film_display.h"
+#include "display/film_preview.h"
 #include "layers/layer_image.h"
 #include "render/renderer.h"
 
@@ -97,6 +98,8 @@ class FrameRenderer {
     accumulate::SampleSums sums_with_rates() const;
     void start_film();
     void start_display();
+    void start_preview();
+    void end_views();
     integrator::RenderCallbacks callbacks();
     /// Returns: whether all could be written; `code` is set.
     bool write_files(int& code);
@@ -116,6 +119,7 @@ class FrameRenderer {
     std::optional<FrameWriter> writer_;
     std::optional<integrator::TopUpCounts> top_up_;
     std::optional<display::FilmDisplay> display_;
+    std::optional<display::FilmPreview> preview_;
     film::NoiseEstimate noise_;
     integrator::RenderResult result_;
     std::vector<scene::Effect> broken_;  ///< ran though the plan has them off

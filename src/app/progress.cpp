@@ -5,10 +5,13 @@
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <sys/ioctl.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 
 namespace velatura::app {
 
@@ -17,9 +20,29 @@ Result<ProgressStyle> parse_progress_style(std::string_view text, bool is_termin
     if (text == "json") return ProgressStyle::Json;
     if (text == "openjd") return ProgressStyle::OpenJobDescription;
     if (text == "none") return ProgressStyle::None;
+    if (text == "kitty" || text == "sixel") return ProgressStyle::Image;
+    if (text == "image") return is_terminal ? ProgressStyle::Image : ProgressStyle::Plain;
     return Error{
         "bad-progress",
-        fmt::format("unknown progress style \"{}\": expected bar, json, openjd or none", text)};
+        fmt::format(
+            "unknown progress style \"{}\": expected bar, json, openjd, image, kitty, sixel "
+            "or none",
+            text)};
+}
+
+std::optional<display::TerminalProtocol> terminal_protocol() {
+    const auto value = [](const char* name) {
+        const char* const text = std::getenv(name);
+        return std::string(text ? text : "");
+    };
+    const std::string term = value("TERM"), program = value("TERM_PROGRAM");
+    if (term.find("kitty") != std::string::npos || term.find("ghostty") != std::string::npos ||
+        !value("KITTY_WINDOW_ID").empty() || program == "ghostty" || program == "WezTerm")
+        return display::TerminalProtocol::Kitty;
+    for (const char* known : {"foot", "mlterm", "contour", "yaft", "sixel"})
+        if (term.find(known) != std::string::npos) return display::TerminalProtocol::Sixel;
+    if (program == "iTerm.app" || program == "mintty") return display::TerminalProtocol::Sixel;
+    return std::nullopt;
 }
 
 std::string format_duration(double seconds) {
@@ -127,9 +150,38 @@ void ProgressPrinter::show(const ProgressState& s) {
             fmt::print("openjd_progress: {:.1f}\nopenjd_status: {}\n", s.fraction * 100.0,
                        summary(s));
             break;
+        case ProgressStyle::Image: {
+            const std::lock_guard lock(mutex_);
+            line_ = summary(s);
+            if (s.is_last) fmt::print("{}\n", line_);
+            break;
+        }
         case ProgressStyle::None:
             break;
     }
+    std::fflush(stdout);
+}
+
+void ProgressPrinter::show_image(display::TerminalProtocol protocol,
+                                 const display::PreviewImage& image) {
+    winsize size{};
+    if (::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0) size = {};
+    // What a terminal that does not say is taken for
+    const int rows = size.ws_row > 0 ? size.ws_row : 40,
+              columns = size.ws_col > 0 ? size.ws_col : 80;
+    const int cell_width = size.ws_xpixel > 0 ? size.ws_xpixel / columns : 8,
+              cell_height = size.ws_ypixel > 0 ? size.ws_ypixel / rows : 16;
+    constexpr int most_width = 960, rows_of_others = 3;
+    const display::PreviewImage shown =
+        display::scaled_down(image, std::min(columns * cell_width, most_width),
+                             std::max(rows - rows_of_others, 1) * std::max(cell_height, 1));
+    const std::lock_guard lock(mutex_);
+    std::string out;
+    if (image_rows_ > 0) out = fmt::format("\033[{}A\r\033[J", image_rows_);
+    out += display::terminal_image(protocol, shown);
+    out += line_ + "\033[K\n";
+    image_rows_ = (shown.height + cell_height - 1) / std::max(cell_height, 1) + 1;
+    std::fwrite(out.data(), 1, out.size(), stdout);
     std::fflush(stdout);
 }
 

@@ -2,20 +2,22 @@
 #pragma once
 
 #include "base/result.h"
+#include "display/terminal_image.h"
 #include "statistics/error_curve.h"
 
 #include <chrono>
 #include <cstdint>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
 
 namespace velatura::app {
 
-enum class ProgressStyle : uint8_t { Bar, Plain, Json, OpenJobDescription, None };
+enum class ProgressStyle : uint8_t { Bar, Plain, Json, OpenJobDescription, Image, None };
 
-/// "bar" (plain lines when stdout is not a terminal), "json", "openjd", "none". Errors:
-/// "bad-progress".
+/// "bar" (plain lines when stdout is not a terminal), "json", "openjd", "none"; "kitty", "sixel"
+/// and "image" (plain lines when stdout is not a terminal) are Image. Errors: "bad-progress".
 Result<ProgressStyle> parse_progress_style(std::string_view text, bool is_terminal);
 
 /// What the progress line shows.
@@ -34,13 +36,20 @@ struct ProgressState {
     bool is_last = false;
 };
 
+/// How the terminal of this process takes images, by what it says of itself in the environment;
+/// none: it is not known to.
+std::optional<display::TerminalProtocol> terminal_protocol();
+
 /// Prints progress to stdout, at most a few times a second on a terminal, every few seconds
-/// elsewhere.
+/// elsewhere. show() is called by one thread at a time, show_image() by another one.
 class ProgressPrinter {
   public:
     explicit ProgressPrinter(ProgressStyle style) : style_(style) {}
 
     void show(const ProgressState& state);
+    /// Of ProgressStyle::Image: prints an image that fits into the terminal in place of the last
+    /// one, with the newest progress below it.
+    void show_image(display::TerminalProtocol protocol, const display::PreviewImage& image);
     /// Ends the bar's line, so that other output starts on a fresh one.
     void finish_line();
 
@@ -49,6 +58,9 @@ class ProgressPrinter {
     std::chrono::steady_clock::time_point last_ = {};
     bool shown_ = false;
     bool line_open_ = false;
+    std::mutex mutex_;
+    std::string line_;    ///< that stands below an image
+    int image_rows_ = 0;  ///< lines of the last one; 0: none yet
 };
 
 /// "12.4 s", "3 min 05 s", "2 h 03 min".

@@ -318,9 +318,21 @@ void declare_report_options(Command report, RenderArguments& a) {
         .type_name("LIST")
         .default_text("none");
     report
+        .add_option("--preview", a.preview,
+                    "Preview image for people, replaced during the render: .png, .jpg, .tif "
+                    "of the beauty on the default display; one file for all frames")
+        .type_name("FILE.png")
+        .writes();
+    report.add_option("--every", a.every, "Interval of --preview and of images in the terminal")
+        .type_name("TIME")
+        .default_text("5s")
+        .not_empty();
+    report
         .add_option("--progress", a.progress,
-                    "Progress format; bar prints lines where there is no terminal")
-        .one_of({"bar", "json", "openjd", "none"})
+                    "Progress format; bar prints lines where there is no terminal, image shows the "
+                    "image in a terminal that can (kitty or sixel protocol, which can be named "
+                    "instead)")
+        .one_of({"bar", "json", "openjd", "image", "kitty", "sixel", "none"})
         .common();
     report.add_option("--stats", a.stats, "Statistics file, JSON; one per frame, named as -o")
         .type_name("FILE")

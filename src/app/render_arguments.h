@@ -96,6 +96,7 @@ struct RenderArguments {
     std::string material_purpose;
     std::string working_space;  ///< empty: that of the render settings
     std::string display, display_layers;
+    std::string preview, every;
     bool quiet = false;
     int verbosity = 0;
 };

@@ -4,6 +4,7 @@
 #include "app/effect_choice.h"
 #include "app/parse_values.h"
 #include "film/lobe_layers.h"
+#include "image/formats.h"
 #include "usd/stage/path_expression.h"
 
 #include <fmt/format.h>
@@ -300,6 +301,30 @@ Result<void> choose_display(const RenderArguments& a, RenderJob& job) {
     return {};
 }
 
+/// After the style of progress.
+Result<void> choose_preview(const RenderArguments& a, RenderJob& job) {
+    if (!a.preview.empty() && !image::display_format(a.preview))
+        return usage(fmt::format(
+            "--preview: expected a name ending in .png, .jpg or .tif, found \"{}\"", a.preview));
+    const bool is_in_terminal = job.progress == ProgressStyle::Image;
+    if (!a.every.empty() && a.preview.empty() && !is_in_terminal && !a.quiet)
+        return usage("--every needs --preview or --progress image");
+    if (!a.every.empty()) {
+        const auto interval = parse_duration(a.every);
+        if (!interval) return usage("--every: " + interval.error().message);
+        job.preview_interval_s = *interval;
+    }
+    if (!is_in_terminal) return {};
+    job.terminal = a.progress == "kitty"   ? display::TerminalProtocol::Kitty
+                   : a.progress == "sixel" ? display::TerminalProtocol::Sixel
+                                           : terminal_protocol();
+    if (!job.terminal)
+        return usage(
+            "--progress image: this terminal is not known to show images; name its protocol "
+            "(--progress kitty, --progress sixel), or use --preview FILE.png");
+    return {};
+}
+
 /// Parses an optional text option into a number; empty stays at the default.
 Result<void> parse_into(double& value,
                         const std::string& text,
@@ -487,8 +512,10 @@ Result<RenderJob> make_render_job(const RenderArguments& a) {
         parse_progress_style(a.quiet ? "none" : a.progress, ::isatty(STDOUT_FILENO) == 1);
     if (!progress) return usage(progress.error().message);
     job.progress = *progress;
+    if (const auto ok = choose_preview(a, job); !ok) return ok.error();
     if (!a.replay.empty()) {
         if (!a.display.empty()) return usage("--replay traces one pixel; remove --display");
+        if (!a.preview.empty()) return usage("--replay traces one pixel; remove --preview");
         const auto replay = parse_replay(a.replay);
         if (!replay) return replay.error();
         job.replay = *replay;

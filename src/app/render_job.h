@@ -5,6 +5,7 @@
 #include "app/progress.h"
 #include "app/render_arguments.h"
 #include "base/result.h"
+#include "display/terminal_image.h"
 #include "display/tev_connection.h"
 #include "film/film.h"
 #include "render/settings.h"
@@ -38,6 +39,8 @@ struct RenderJob {
     std::optional<Replay> replay;
     std::optional<display::Address> display;  ///< of a viewer
     std::vector<std::string> display_layers;
+    std::optional<display::TerminalProtocol> terminal;  ///< of ProgressStyle::Image
+    double preview_interval_s = 5;
 };
 
 /// Whether files of a render that is not finished hold the exact sums: to be gone on from.

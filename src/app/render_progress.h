@@ -18,6 +18,11 @@ class RenderProgress {
         show(state, false);
     }
 
+    /// With --progress image.
+    void show_image(const display::PreviewImage& image) {
+        if (job_.terminal) printer_.show_image(*job_.terminal, image);
+    }
+
     /// The last line, with what the whole frame took. A render that was stopped stays at the
     /// fraction that it had come to.
     void finish(const film::Film& film,

@@ -82,6 +82,12 @@ TEST(Typing, ARenderWritesOverNoFileOfItsScene) {
     w.write("s.usda", small_scene());
     ASSERT_EQ(w.velatura(std::string("render s.usda --res 8 8 -o t.exr") + quick).exit_code, 0);
     w.write("ball.usda", "#usda 1.0\n" + textured_ball("t.exr"));
+    w.write("png.usda", "#usda 1.0\n" + textured_ball("p.png"));
+    ASSERT_EQ(w.comp("mix t.exr -o p.png").exit_code, 0);
+    const CommandResult preview =
+        w.velatura(std::string("render png.usda --res 8 8 --preview p.png") + quick);
+    EXPECT_EQ(preview.exit_code, 2) << preview.output;
+    EXPECT_NE(preview.output.find("[overwrites-input]"), std::string::npos) << preview.output;
     const std::string before = w.hash("t.exr");
     std::filesystem::create_symlink("t.exr", w.path("link.exr"));
     for (const char* output : {"-o t.exr", "-o x.exr --stats ball.usda", "-o link.exr"}) {
@@ -100,7 +106,7 @@ TEST(Typing, TextsThatHoldNumbersAreCheckedByTheirOptions) {
     w.write("s.usda", small_scene());
     for (const char* option :
          {"--time", "--target-error", "--forecast", "--checkpoint", "--snapshot", "--memory-limit",
-          "--samples", "--replay", "--frames", "--limit"}) {
+          "--samples", "--replay", "--frames", "--limit", "--every"}) {
         for (const char* value : {"nan", "-1m", ""}) {
             const CommandResult r =
                 w.velatura(std::string("render s.usda ") + option + "='" + value + "'" + quick);

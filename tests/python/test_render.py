@@ -127,7 +127,7 @@ VALUES = {
     "dicing_rate": 2, "subdivision_level": 1, "dicing_limit": 1, "bounces": "auto", "lights": "off", "layers": "bounce",
     "casters": "/World/Ball", "lpe": ["dd=C<RD>L", "k=C.{2}<L.'Key'>"], "lpe_strict": True, "halves": True,
     "cryptomatte": "object", "cryptomatte_levels": 2, "cryptomatte_through": "refraction", "deep": True, "deep_samples": 2, "resume": True, "resumable": True,
-    "checkpoint": "5m", "snapshot": "5m", "samples": "0:2", "rates_from": None, "for_mix": None, "stats": "FOLDER/s.json", "strict": True, "require_assets": True, "display": "127.0.0.1:1", "display_layers": "b1",
+    "checkpoint": "5m", "snapshot": "5m", "samples": "0:2", "rates_from": None, "for_mix": None, "stats": "FOLDER/s.json", "strict": True, "require_assets": True, "display": "127.0.0.1:1", "display_layers": "b1", "preview": "FOLDER/p.png", "every": "3s",
     "missing_textures": "error", "threads": 3, "volume_memory": 1, "instance_limit": 1, "mode": "tile", "tile": 16,
     "accel": "bvh", "bvh_quality": "fast", "volume_bounds": "one", "asset_root": "FOLDER", "confine": True, "sandbox": True,
     "missing_assets": "ignore", "limit": "prims=1000", "guiding": "on", "splitting": "off", "sampler": "independent",
@@ -139,7 +139,7 @@ WITH = {"cryptomatte_levels": {"cryptomatte": "object"}, "cryptomatte_through": 
         "deep": {"output": "FOLDER/o.exr"}, "resume": {"output": "FOLDER/o.exr"}, "checkpoint": {"output": "FOLDER/o.exr"},
         "snapshot": {"output": "FOLDER/o.exr"}, "stats": {"output": "FOLDER/o.exr"}, "samples": {"spp": None},
         "cutoff": {"roulette": "cutoff"}, "casters": {"layers": "bounce,light,shadow,caster"},
-        "display_layers": {"display": "127.0.0.1:1"}}
+        "display_layers": {"display": "127.0.0.1:1"}, "every": {"preview": "FOLDER/p.png"}}
 
 
 def test_every_option_of_the_command_is_known(command):
