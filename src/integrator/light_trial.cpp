@@ -283,13 +283,16 @@ LightTrial try_light_tracing(const World& world,
                              const std::atomic<bool>* stop) {
     const auto start = std::chrono::steady_clock::now();
     Trial trial(world, options, stop);
+    LightTrial out;
     trial.trace_paths();
     const std::vector<sampling::KdWarp::Sample> uniform = trial.trace_photons({}, 0);
+    // Who stops it does not wait for tables that nobody reads
+    if (trial.is_stopped()) return out;
     LightEmission emission{sampling::KdWarp(uniform)};
     const std::vector<sampling::KdWarp::Sample> warped = trial.trace_photons(emission, 1);
+    if (trial.is_stopped()) return out;
     emission.warp = learned(uniform, warped, emission.warp);
-    LightTrial out;
-    if (!trial.is_stopped()) out = trial.result(std::move(emission));
+    out = trial.result(std::move(emission));
     out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return out;
 }
