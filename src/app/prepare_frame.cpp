@@ -17,6 +17,7 @@
 #include "render/accelerator_choice.h"
 #include "render/volume_loading.h"
 #include "translate/authored_names.h"
+#include "translate/camera_values.h"
 #include "translate/light_values.h"
 #include "translate/moments.h"
 #include "translate/translate.h"
@@ -238,6 +239,8 @@ Result<PreparedFrame> prepare_frame(const RenderJob& job,
     input.layer_names = loaded.layer_names;
     input.layer_files = loaded.stage.layer_files();
     input.light_values = light_values(loaded, *scene, frame);
+    for (const translate::CameraPrimValues& v : translate::camera_prim_values(loaded.stage, frame))
+        input.cameras.push_back({v.path, v.focal_length, v.f_stop, v.focus_distance});
     if (!std::isnan(frame)) input.frame = frame;
     input.open_s = loaded.seconds;
     input.translate_s =

@@ -12,6 +12,14 @@
 
 namespace velatura::app {
 
+/// What a camera prim says of its lens.
+struct CameraLens {
+    std::string path;
+    double focal_length = 50;   ///< as authored: tenths of a scene unit, or millimeters by `units`
+    double f_stop = 0;          ///< 0: everything is in focus
+    double focus_distance = 0;  ///< scene units
+};
+
 /// One frame of one scene.
 struct FrameInput {
     explicit FrameInput(const scene::Scene& s) : scene(s) {}
@@ -26,6 +34,7 @@ struct FrameInput {
     std::vector<std::string> layer_names;
     std::vector<std::string> layer_files;           ///< where they are
     std::vector<layers::LightValues> light_values;  ///< of the light prims
+    std::vector<CameraLens> cameras;                ///< of the stage, in its order
     double frame = 0;
     std::string up_axis = "Y";  ///< of the stage
     double open_s = 0, translate_s = 0;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "view/live_control.h"
 
+#include "app/progress.h"
 #include "app/stop_signals.h"
 
 #include <fmt/format.h>
@@ -43,6 +44,7 @@ std::string phase_text(const LiveStatus& s) {
 
 std::string text_of(const LiveStatus& s) {
     std::string text = phase_text(s);
+    if (s.region) text += " region";
     if (s.reduction > 1) text += fmt::format(" · 1/{} resolution", s.reduction);
     if (s.samples > 0)
         text += s.last_sample ? fmt::format(" · {:.4g} of {:.4g} spp", s.samples, *s.last_sample)
@@ -56,6 +58,7 @@ std::string text_of(const LiveStatus& s) {
     if (s.left_s && s.phase == LiveStatus::Phase::Rendering)
         text += fmt::format(", {:.0f} s left", *s.left_s);
     if (s.rays_per_s > 0) text += fmt::format(" · {:.2g} Mray/s", s.rays_per_s / 1e6);
+    if (s.memory_bytes > 0) text += " · " + app::format_bytes(s.memory_bytes);
     return text;
 }
 
@@ -83,10 +86,12 @@ LiveStatus LiveControl::status() const {
 LiveRequests LiveControl::take_requests() {
     const std::lock_guard lock(mutex_);
     LiveRequests taken = requests_;
-    requests_.camera.reset();
     requests_.pick.reset();
     requests_.save_as.reset();
-    requests_.lights.reset();
+    requests_.region.reset();
+    LiveEdits none;
+    none.is_moving = requests_.edits.is_moving;
+    requests_.edits = std::move(none);
     requests_.reloads = false;
     interrupts_ = false;
     return taken;

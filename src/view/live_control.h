@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "app/render_frame.h"
 #include "base/math.h"
 #include "compositor/window/layer_source.h"
+#include "image/window.h"
+#include "layers/light_values.h"
 #include "scene/camera.h"
 
 #include <array>
@@ -10,6 +13,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -27,16 +31,40 @@ struct LivePick {
     Box3d bounds;                ///< of what was hit, render space
 };
 
+/// A light that can be edited.
+struct LiveLight {
+    layers::LightValues values;  ///< with the edits so far
+    std::string group;           ///< row of the mixer
+    /// None: it is geometry, which is placed as such.
+    std::optional<Mat4d> render_from_light;
+    bool has_place = true;  ///< false: domes and distant lights, which only turn
+};
+
+/// What the scene offers to edits, as it was read last.
+struct LiveScene {
+    std::vector<LiveLight> lights;
+    std::vector<app::CameraLens> cameras;
+    Vec3d origin = Vec3d(0.0);  ///< of render space, in the world
+};
+
+/// Edits of the scene; only what differs from those before is set.
+struct LiveEdits {
+    std::optional<std::vector<std::string>> values;  ///< as options --set, in place of those before
+    std::optional<std::string> camera_prim;          ///< as --camera; empty: the render's own
+    std::optional<scene::Camera> camera;             ///< where it is; its lens is the scene's
+    bool is_camera_reset = false;                    ///< where the scene has it
+    bool is_moving = false;                          ///< more follow: drafts only
+};
+
 /// What the window asks of the render.
 struct LiveRequests {
-    std::optional<scene::Camera> camera;  ///< another camera: the image begins anew
-    bool is_moving = false;               ///< more cameras follow: drafts only
+    LiveEdits edits;
     bool is_paused = false;
     std::optional<std::array<int, 2>> pick;  ///< pixel of the image
     std::optional<std::string> save_as;      ///< EXR file, with the sums; empty: the output
     bool reloads = false;                    ///< files of the scene have changed
-    /// Edits of lights, as options --set, instead of those before.
-    std::optional<std::vector<std::string>> lights;
+    /// What is rendered of the image [px]; empty window: all of it.
+    std::optional<image::Window> region;
     bool ends = false;
 };
 
@@ -62,17 +90,23 @@ struct LiveStatus {
     double elapsed_s = 0;  ///< since the last edit
     std::optional<double> left_s;
     double rays_per_s = 0;
-    int reduction = 1;        ///< of what is shown; 1: the image itself
-    double draft_s = 0;       ///< from camera to layers of the last first draft; 0: none
-    int draft_reduction = 0;  ///< its
-    size_t drafts = 0;        ///< first drafts so far
+    int reduction = 1;         ///< of what is shown; 1: the image itself
+    double draft_s = 0;        ///< from camera to layers of the last first draft; 0: none
+    int draft_reduction = 0;   ///< its
+    size_t drafts = 0;         ///< first drafts so far
+    double first_image_s = 0;  ///< from a scene that is ready to its first layers
     std::optional<scene::Camera> camera;        ///< of the image; none before the scene is read
     std::optional<scene::Camera> scene_camera;  ///< as the scene has it
     size_t loads = 0;                           ///< how often the scene was read
-    Box3d bounds;                               ///< of the scene, render space
-    LivePick pick;                              ///< the last one
-    size_t picks = 0;                           ///< so far
-    std::string message;                        ///< what happened last
+    std::shared_ptr<const LiveScene> scene;     ///< null before the scene is read
+    std::shared_ptr<const std::vector<std::string>>
+        problems;                         ///< errors and warnings of the last reading, with places
+    std::optional<image::Window> region;  ///< that is rendered; none: the whole image
+    size_t memory_bytes = 0;              ///< of the process
+    Box3d bounds;                         ///< of the scene, render space
+    LivePick pick;                        ///< the last one
+    size_t picks = 0;                     ///< so far
+    std::string message;                  ///< what happened last
     bool is_error = false;
     size_t messages = 0;  ///< so far
 };

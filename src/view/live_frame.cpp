@@ -12,11 +12,14 @@
 #include "app/stop_signals.h"
 #include "base/box.h"
 #include "base/package_path.h"
+#include "base/process/memory_limit.h"
 #include "geometry/surface_point.h"
 #include "integrator/effect_plan.h"
 #include "integrator/schedule.h"
+#include "layers/layer_image.h"
 #include "render/draft_tracer.h"
 #include "render/scene_update.h"
+#include "view/camera_edits.h"
 #include "view/film_levels.h"
 
 #include <fmt/format.h>
@@ -62,6 +65,30 @@ std::string first_error(const Diagnostics& diagnostics) {
     return {};
 }
 
+/// What can be edited.
+LiveScene live_scene(const app::FrameInput& input, const scene::Scene& scene) {
+    LiveScene out;
+    out.origin = scene.camera.world_position;
+    out.cameras = input.cameras;
+    for (const layers::LightValues& values : input.light_values) {
+        LiveLight light;
+        light.values = values;
+        for (const scene::LightGroup& group : scene.groups) {
+            if (std::find(group.prims.begin(), group.prims.end(), values.path) != group.prims.end())
+                light.group = group.name;
+        }
+        const auto at = std::find_if(scene.lights.begin(), scene.lights.end(),
+                                     [&](const scene::Light& l) { return l.name == values.path; });
+        if (at != scene.lights.end()) {
+            light.render_from_light = at->render_from_light;
+            light.has_place =
+                at->kind != scene::LightKind::Dome && at->kind != scene::LightKind::Distant;
+        }
+        out.lights.push_back(std::move(light));
+    }
+    return out;
+}
+
 /// Of layers that could not be read.
 size_t count_syntax_errors(const Diagnostics& diagnostics) {
     const auto& all = diagnostics.all();
@@ -78,6 +105,7 @@ LiveFrame::LiveFrame(const app::RenderJob& job,
                      LiveControl& control,
                      Diagnostics& diagnostics)
     : job_(job),
+      first_prim_(job.arguments.camera),
       input_(&input),
       syntax_errors_(count_syntax_errors(diagnostics)),
       writes_output_(writes_output),
@@ -95,6 +123,7 @@ LiveFrame::LiveFrame(const app::RenderJob& job,
         });
     if (job.settings.layers.has_mattes())
         mattes_ = std::make_unique<const integrator::MatteIds>(renderer_.scene());
+    note_problems(diagnostics);
 }
 
 bool LiveFrame::is_ended() const {
@@ -122,23 +151,14 @@ int LiveFrame::run() {
     while (true) {
         const LiveRequests asked = control_.take_requests();
         if (is_ended()) return app::Done;
-        is_moving_ = asked.is_moving;
-        if (asked.lights) light_values_ = *asked.lights;
-        if (asked.lights || asked.reloads) reload();
-        if (asked.camera) set_camera(*asked.camera);
-        if (asked.pick) pick(*asked.pick);
-        if (asked.save_as) {
-            set_phase(Phase::Writing);
-            write(*asked.save_as, false);
-        }
+        look_at_requests(asked);
+        const bool is_finished = progress().is_finished;
         if (const int reduction = next_reduction(); reduction > 0) {
             draw_draft(reduction);
-        } else if (is_moving_ || asked.is_paused || is_finished_) {
-            set_phase(is_finished_ ? Phase::Finished
-                      : is_moving_ ? Phase::Drafting
-                                   : Phase::Paused);
+        } else if (is_moving_ || asked.is_paused || is_finished) {
+            set_phase(is_finished ? Phase::Finished : is_moving_ ? Phase::Drafting : Phase::Paused);
             control_.wait_for_request();
-        } else if (!is_learned_) {
+        } else if (!progress().is_learned) {
             learn();
         } else {
             advance();
@@ -146,13 +166,31 @@ int LiveFrame::run() {
     }
 }
 
+void LiveFrame::look_at_requests(const LiveRequests& asked) {
+    const LiveEdits& edits = asked.edits;
+    is_moving_ = edits.is_moving;
+    if (asked.region) set_region(*asked.region);
+    if (edits.values || edits.camera_prim || asked.reloads) reload(edits);
+    if (edits.camera)
+        set_camera(*edits.camera);
+    else if (edits.is_camera_reset)
+        set_camera(first_camera_);
+    if (asked.pick) pick(*asked.pick);
+    if (asked.save_as) {
+        set_phase(Phase::Writing);
+        write(*asked.save_as, false);
+    }
+}
+
 /// After the scene was read.
 void LiveFrame::note_world() {
     const Box3 bounds = renderer_.world().accelerator->bounds();
+    const auto offered = std::make_shared<LiveScene>(live_scene(*input_, renderer_.scene()));
     control_.set_status([&](LiveStatus& s) {
         s.bounds = bounds.isEmpty() ? Box3d() : Box3d(Vec3d(bounds.min), Vec3d(bounds.max));
         s.camera = renderer_.scene().camera;
         s.scene_camera = first_camera_;
+        s.scene = offered;
         ++s.loads;
     });
 }
@@ -166,9 +204,26 @@ void LiveFrame::watch_files() {
     watch_.watch(files);
 }
 
-/// Composes and translates the scene as it is now, with the edits of lights.
-void LiveFrame::reload() {
+void LiveFrame::note_problems(const Diagnostics& diagnostics) {
+    constexpr size_t most = 200;
+    std::vector<std::string> lines;
+    for (const Diagnostic& d : diagnostics.all()) {
+        if (d.severity != Severity::Error && d.severity != Severity::Warning) continue;
+        if (lines.size() < most) lines.push_back(diagnostics.format(d));
+    }
+    const auto problems = std::make_shared<const std::vector<std::string>>(std::move(lines));
+    control_.set_status([&](LiveStatus& s) { s.problems = problems; });
+}
+
+/// Composes and translates the scene as it is now, with the edits. A scene that
+/// cannot be read leaves edits and image as they were.
+void LiveFrame::reload(const LiveEdits& edits) {
     set_phase(Phase::Loading);
+    const std::string prim_before = job_.arguments.camera;
+    std::vector<std::string> values_before = values_;
+    if (edits.values) values_ = *edits.values;
+    if (edits.camera_prim)
+        job_.arguments.camera = edits.camera_prim->empty() ? first_prim_ : *edits.camera_prim;
     const std::vector<std::string> changed = watch_.changed_files();
     const auto is_layer = [&](const std::string& file) {
         return std::any_of(
@@ -180,13 +235,15 @@ void LiveFrame::reload() {
     Diagnostics diagnostics;
     app::print_diagnostics(diagnostics, job_.arguments.quiet, job_.arguments.verbosity > 0);
     app::AssetOptions assets = job_.arguments.assets;
-    assets.overrides.values.insert(assets.overrides.values.end(), light_values_.begin(),
-                                   light_values_.end());
+    assets.overrides.values.insert(assets.overrides.values.end(), values_.begin(), values_.end());
     const auto keep_image = [&](const Error& error) {
         // The first error has the place
         std::string why = first_error(diagnostics);
         if (why.empty()) why = error.message;
         diagnostics.error(error.code, {}, {}, error.message);
+        note_problems(diagnostics);
+        values_ = values_before;
+        job_.arguments.camera = prim_before;
         control_.report(why + "; the image is that of before", true);
     };
     const auto loaded = app::load_stage(job_.arguments.scene, diagnostics, assets);
@@ -203,18 +260,27 @@ void LiveFrame::reload() {
     if (!prepared) return keep_image(prepared.error());
     syntax_errors_ = syntax_errors;
     missing.accept();
-    take_scene(std::move(*prepared), has_other_files);
+    take_scene(std::move(*prepared), has_other_files, edits);
+    note_problems(diagnostics);
     if (const std::string error = first_error(diagnostics); !error.empty())
         control_.report(error, true);
 }
 
 /// has_other_files: textures and the like have changed, which the scene does not show.
-void LiveFrame::take_scene(app::PreparedFrame frame, bool has_other_files) {
+void LiveFrame::take_scene(app::PreparedFrame frame, bool has_other_files, const LiveEdits& edits) {
+    // It refers to the world as it was
+    region_.reset();
     reloaded_.emplace(std::move(frame));
     input_ = &reloaded_->input;
     const scene::Scene& scene = *reloaded_->scene;
     const scene::Camera seen = renderer_.scene().camera;
-    const bool is_moved = seen.render_from_camera != first_camera_.render_from_camera;
+    const bool is_moved = !edits.camera_prim && !is_same_pose(seen, first_camera_);
+    // With the lens that the scene has now
+    const auto moved = [&](const Vec3d& origin) {
+        return with_pose(render::rebased(scene.camera, origin), render::rebased(seen, origin));
+    };
+    // Messages are for what nobody in this window did
+    const bool is_of_files = !edits.values && !edits.camera_prim;
     first_camera_ = scene.camera;
     const render::Settings wanted = app::render_settings(job_, *input_);
     std::string what = "files of the scene";
@@ -223,16 +289,17 @@ void LiveFrame::take_scene(app::PreparedFrame frame, bool has_other_files) {
         renderer_ = render::Renderer(scene::Scene(scene), wanted);
     } else {
         scene::Scene next = scene;
-        if (is_moved) next.camera = render::rebased(seen, scene.camera.world_position);
+        if (is_moved) next.camera = moved(scene.camera.world_position);
         const render::UpdateReport report = render::update(renderer_, std::move(next));
         what = report.text();
         if (report.is_unchanged()) {
-            control_.report("read again: nothing has changed");
+            if (is_of_files) control_.report("read again: nothing has changed");
+            if (region_window_ != image::Window()) begin_region();
+            note_world();
             return watch_files();
         }
     }
-    if (is_moved)
-        renderer_.set_camera(render::rebased(seen, renderer_.scene().camera.world_position));
+    if (is_moved) renderer_.set_camera(moved(renderer_.scene().camera.world_position));
     renderer_.schedule().snapshot_interval_s = pass_s;
     facts_.reset();
     mattes_ = job_.settings.layers.has_mattes()
@@ -244,17 +311,17 @@ void LiveFrame::take_scene(app::PreparedFrame frame, bool has_other_files) {
     begin_anew();
     note_world();
     watch_files();
-    control_.report("read again: " + what);
+    if (is_of_files) control_.report("read again: " + what);
 }
 
 /// Nothing of the image is there.
 void LiveFrame::begin_anew() {
-    is_learned_ = has_film_ = is_finished_ = false;
+    of_whole_ = {};
+    region_.reset();
+    behind_.reset();
+    if (!region_window_.is_empty()) begin_region();
     is_other_image_ = true;
     shown_reduction_ = 0;
-    rendered_s_ = 0;
-    curve_ = {};
-    rays_ = {};
     edited_ = Clock::now();
     control_.set_status([this](LiveStatus& s) {
         s.camera = renderer_.scene().camera;
@@ -262,6 +329,55 @@ void LiveFrame::begin_anew() {
         s.error.reset();
         s.left_s.reset();
     });
+}
+
+/// An empty one: the whole image, which goes on where it was.
+void LiveFrame::set_region(const image::Window& region) {
+    const bool had_region = region_ != nullptr;
+    region_window_ = region;
+    region_.reset();
+    if (!region.is_empty()) {
+        if (!behind_ && of_whole_.has_film && renderer_.film().noise().samples_min > 0) {
+            film::FileInfo info = renderer_.file_info();
+            info.light_values = input_->light_values;
+            auto whole = layers::make_layer_image(renderer_.film().sums(), info, false);
+            if (whole) behind_ = std::move(whole->image);
+        }
+        begin_region();
+        // What is shown there is no worse than a draft
+        if (shown_reduction_ > 0 && behind_) shown_reduction_ = finest;
+        return;
+    }
+    behind_.reset();
+    const bool has_image = of_whole_.has_film && renderer_.film().noise().samples_min > 0;
+    if (had_region && has_image) publish(true);
+    if (!has_image) shown_reduction_ = 0;
+    control_.set_status([&](LiveStatus& s) {
+        s.region.reset();
+        s.samples = has_image ? renderer_.film().noise().samples_mean : 0;
+        s.elapsed_s = of_whole_.rendered_s;
+        s.error.reset();
+    });
+}
+
+void LiveFrame::begin_region() {
+    const film::Window whole = renderer_.window();
+    const film::Window window = {
+        std::max(region_window_.x0, whole.x0), std::max(region_window_.y0, whole.y0),
+        std::min(region_window_.x1, whole.x1), std::min(region_window_.y1, whole.y1)};
+    of_region_ = {};
+    control_.set_status([&](LiveStatus& s) {
+        s.region = window.is_empty() ? std::nullopt : std::optional<image::Window>(window);
+        s.phase = Phase::Learning;
+        s.samples = s.elapsed_s = 0;
+        s.error.reset();
+        s.left_s.reset();
+    });
+    if (window.is_empty()) return;
+    render::Settings settings = renderer_.settings();
+    settings.window = window;
+    region_ = std::make_unique<render::Renderer>(renderer_.shared_world(), std::move(settings));
+    region_->schedule().snapshot_interval_s = pass_s;
 }
 
 /// The surface that the ray through the pixel's center meets first.
@@ -296,8 +412,12 @@ void LiveFrame::pick(const std::array<int, 2>& pixel) {
     control_.wake();
 }
 
+/// Where a camera is, with the lens of the scene's.
 void LiveFrame::set_camera(const scene::Camera& camera) {
-    renderer_.set_camera(camera);
+    region_.reset();
+    const Vec3d origin = renderer_.scene().camera.world_position;
+    renderer_.set_camera(
+        with_pose(render::rebased(first_camera_, origin), render::rebased(camera, origin)));
     renderer_.build(diagnostics_);
     begin_anew();
 }
@@ -314,7 +434,7 @@ void LiveFrame::draw_draft(int reduction) {
     set_phase(Phase::Drafting);
     const bool is_first = shown_reduction_ == 0;
     const auto start = Clock::now();
-    const film::Window whole = renderer_.window();
+    const film::Window whole = image().window();
     const film::LayerSet& layers = renderer_.settings().layers;
     const auto tracer = render::make_draft_tracer(renderer_, mattes_.get());
     film::Film film(draft_window(whole, reduction), layers, {.final_sample_end = 1});
@@ -349,6 +469,7 @@ void LiveFrame::draw_draft(int reduction) {
     control_.set_status([&](LiveStatus& s) {
         s.draft_s = seconds_since(edited_);
         s.draft_reduction = reduction;
+        if (s.drafts == 0) s.first_image_s = s.draft_s;
         ++s.drafts;
     });
     if (took > longest_draft_s) first_reduction_ = std::min(2 * reduction, coarsest);
@@ -357,17 +478,19 @@ void LiveFrame::draw_draft(int reduction) {
 
 void LiveFrame::learn() {
     set_phase(Phase::Learning);
-    renderer_.learn(&control_.interrupts());
+    image().learn(&control_.interrupts());
     // What was learned until then is not whole
-    is_learned_ = !control_.interrupts();
+    progress().is_learned = !control_.interrupts();
 }
 
 void LiveFrame::advance() {
     set_phase(Phase::Rendering);
     // All nodes of the sums are kept, which changes no bit: any file of it can be gone on from
-    if (!has_film_) renderer_.start_film(film::FilmOptions{.final_sample_end = 0});
-    has_film_ = true;
-    renderer_.schedule().curve = curve_;
+    render::Renderer& renderer = image();
+    Progress& so_far = progress();
+    if (!so_far.has_film) renderer.start_film(film::FilmOptions{.final_sample_end = 0});
+    so_far.has_film = true;
+    renderer.schedule().curve = so_far.curve;
     integrator::RenderCallbacks callbacks;
     callbacks.progress = [this](const integrator::RenderState& state) { note_progress(state); };
     callbacks.snapshot = [this](const film::Film&, const statistics::ErrorCurve&) {
@@ -377,25 +500,25 @@ void LiveFrame::advance() {
     callbacks.snapshot_requested = [] { return true; };
     callbacks.stop = &control_.interrupts();
     callbacks.give_up = &app::StopSignals::stop_flag();
-    const integrator::RenderResult result = renderer_.advance(callbacks);
-    curve_ = result.curve;
-    rays_ += result.rays;
-    rendered_s_ += result.seconds;
-    is_finished_ = result.reason != integrator::StopReason::Interrupted;
-    if (!is_finished_) return;
-    finished_part_ = app::Continuation().part_of(job_, result);
+    const integrator::RenderResult result = renderer.advance(callbacks);
+    so_far.curve = result.curve;
+    so_far.rays += result.rays;
+    so_far.rendered_s += result.seconds;
+    so_far.is_finished = result.reason != integrator::StopReason::Interrupted;
+    if (!so_far.is_finished) return;
+    so_far.finished_part = app::Continuation().part_of(job_, result);
     publish(true);
-    const film::NoiseEstimate noise = renderer_.film().noise();
-    const auto error = app::image_error(job_, renderer_.film(), noise, curve_);
+    const film::NoiseEstimate noise = renderer.film().noise();
+    const auto error = app::image_error(job_, renderer.film(), noise, so_far.curve);
     control_.set_status([&](LiveStatus& s) {
         s.samples = noise.samples_mean;
-        s.elapsed_s = rendered_s_;
+        s.elapsed_s = so_far.rendered_s;
         if (!error) return;
         s.error = error->error.value;
         s.is_upper_error = error->is_upper;
         s.is_lower_error = error->is_lower;
     });
-    if (writes_output_) {
+    if (writes_output_ && !region_) {
         set_phase(Phase::Writing);
         write(input_->output, true);
     }
@@ -403,9 +526,11 @@ void LiveFrame::advance() {
 }
 
 void LiveFrame::note_progress(const integrator::RenderState& state) {
+    const size_t memory_bytes = resident_bytes();
     control_.set_status([&](LiveStatus& s) {
         s.samples = state.samples_per_pixel;
-        s.elapsed_s = rendered_s_ + state.elapsed_s;
+        s.elapsed_s = progress().rendered_s + state.elapsed_s;
+        s.memory_bytes = memory_bytes;
         s.left_s = state.left_s;
         if (state.elapsed_s > 0) s.rays_per_s = double(state.rays.total()) / state.elapsed_s;
         if (!state.error) return;
@@ -422,16 +547,17 @@ void LiveFrame::publish(bool is_final) {
     const bool is_first = shown_reduction_ != 1;
     if (!is_final && !is_first && seconds_since(published_) < publish_s_ / longest_share) return;
     const auto start = Clock::now();
-    film::FileInfo info = renderer_.file_info();
+    film::FileInfo info = image().file_info();
     info.light_values = input_->light_values;
-    publish_levels(renderer_.film(), info, 1);
+    publish_levels(image().film(), info, 1);
     shown_reduction_ = 1;
     published_ = Clock::now();
     publish_s_ = seconds_since(start);
 }
 
 void LiveFrame::publish_levels(const film::Film& film, const film::FileInfo& info, int reduction) {
-    auto levels = film_levels(film, info, reduction, image_frame());
+    auto levels = film_levels(film, info, reduction, image_frame(),
+                              region_ && reduction == 1 && behind_ ? &*behind_ : nullptr);
     if (!levels) return control_.report(levels.error().message, true);
     control_.set_status([&](LiveStatus& s) { s.reduction = reduction; });
     control_.publish(RenewedLayers{std::move(*levels), std::exchange(is_other_image_, false)});
@@ -448,8 +574,8 @@ app::FrameFacts LiveFrame::facts_of_file() {
     const integrator::RenderOptions& schedule = job_.settings.schedule;
     facts.part = {schedule.first_sample, schedule.end_sample, false};
     if (schedule.is_open_ended) facts.part.end.reset();
-    if (is_finished_) facts.part = finished_part_;
-    facts.settings.emplace_back("--guiding", renderer_.prepass().guide.is_used ? "on" : "off");
+    if (progress().is_finished) facts.part = progress().finished_part;
+    facts.settings.emplace_back("--guiding", image().prepass().guide.is_used ? "on" : "off");
     const scene::Camera& camera = renderer_.scene().camera;
     if (camera.render_from_camera == first_camera_.render_from_camera) return facts;
     // The scene's own camera is another one: such files do not merge
@@ -464,7 +590,7 @@ app::FrameFacts LiveFrame::facts_of_file() {
 
 /// is_output: as `velatura render` leaves it; else with the sums, to go on from.
 void LiveFrame::write(const std::string& path, bool is_output) {
-    if (!has_film_ || renderer_.film().noise().samples_max == 0)
+    if (!progress().has_film || image().film().noise().samples_max == 0)
         return control_.report("no samples yet: nothing to write", true);
     app::FrameInput input = *input_;
     if (!path.empty()) {
@@ -484,10 +610,10 @@ void LiveFrame::write(const std::string& path, bool is_output) {
     files.insert(files.end(), input.other_outputs.begin(), input.other_outputs.end());
     for (const std::string& file : files) {
         input.output = file;
-        app::FrameWriter writer(job, input, renderer_, facts, memory);
-        if (is_finished_) writer.set_finished();
-        const auto written =
-            writer.write(curve_, integrator::broken_promises(input.plan, rays_.effects));
+        app::FrameWriter writer(job, input, image(), facts, memory);
+        if (progress().is_finished) writer.set_finished();
+        const auto written = writer.write(
+            progress().curve, integrator::broken_promises(input.plan, progress().rays.effects));
         if (!written) return control_.report(written.error().message, true);
     }
     control_.report(fmt::format("wrote {}{}", fmt::join(files, ", "),

@@ -5,6 +5,8 @@
 #include "app/memory_needs.h"
 #include "app/prepare_frame.h"
 #include "app/render_frame.h"
+#include "image/image.h"
+#include "image/window.h"
 #include "integrator/matte_ids.h"
 #include "render/renderer.h"
 #include "statistics/error_curve.h"
@@ -40,14 +42,34 @@ class LiveFrame {
   private:
     using Clock = std::chrono::steady_clock;
 
+    /// How far an image is.
+    struct Progress {
+        bool is_learned = false;  ///< the prepass
+        bool has_film = false;
+        bool is_finished = false;      ///< the film has all samples
+        app::PartState finished_part;  ///< then: which
+        statistics::ErrorCurve curve;
+        integrator::RayCounts rays;
+        double rendered_s = 0;  ///< up to the last interruption
+    };
+
     bool is_ended() const;
+
+    render::Renderer& image() { return region_ ? *region_ : renderer_; }
+
+    Progress& progress() { return region_ ? of_region_ : of_whole_; }
+
+    void look_at_requests(const LiveRequests& asked);
+    void set_region(const image::Window& region);
+    void begin_region();
+    void note_problems(const Diagnostics& diagnostics);
     image::Window image_frame() const;
     void set_phase(LiveStatus::Phase phase);
     void note_world();
     void begin_anew();
     void watch_files();
-    void reload();
-    void take_scene(app::PreparedFrame frame, bool has_other_files);
+    void reload(const LiveEdits& edits);
+    void take_scene(app::PreparedFrame frame, bool has_other_files, const LiveEdits& edits);
     void pick(const std::array<int, 2>& pixel);
     void set_camera(const scene::Camera& camera);
     int next_reduction() const;
@@ -60,33 +82,31 @@ class LiveFrame {
     void write(const std::string& path, bool is_output);
     app::FrameFacts facts_of_file();
 
-    const app::RenderJob& job_;
+    app::RenderJob job_;            ///< with the camera that was chosen
+    const std::string first_prim_;  ///< the render's own --camera
     const app::FrameInput* input_;
     std::optional<app::PreparedFrame> reloaded_;  ///< then input_ is of it
-    std::vector<std::string> light_values_;       ///< edits of lights, as options --set
+    std::vector<std::string> values_;             ///< edits, as options --set
     size_t syntax_errors_;                        ///< of the scene that is rendered
     bool writes_output_;
     LiveControl& control_;
     Diagnostics& diagnostics_;
     FileWatch watch_;
     render::Renderer renderer_;
-    scene::Camera first_camera_;
+    scene::Camera first_camera_;                ///< as the scene has it
+    image::Window region_window_;               ///< that was asked for; empty: the whole image
+    std::unique_ptr<render::Renderer> region_;  ///< of it, on the same world; null: the whole image
+    std::optional<image::Image> behind_;        ///< what is shown around it
+    Progress of_whole_, of_region_;
     std::unique_ptr<const integrator::MatteIds> mattes_;  ///< of drafts
     app::MemoryNeeds needs_;
     std::optional<app::FrameFacts> facts_;  ///< read for the first file
-    statistics::ErrorCurve curve_;
-    integrator::RayCounts rays_;  ///< of this image
 
-    bool is_moving_ = false;        ///< the camera: drafts only
-    bool is_learned_ = false;       ///< the prepass of this image
-    bool has_film_ = false;         ///< of this image
-    bool is_finished_ = false;      ///< the film has all samples
-    app::PartState finished_part_;  ///< then: which
-    bool is_other_image_ = true;    ///< than the one that was published last
-    int shown_reduction_ = 0;       ///< of this image; 0: nothing of it was published
-    int first_reduction_ = 8;       ///< of the first draft, by the time that the last one took
-    double rendered_s_ = 0;         ///< this image, up to the last interruption
-    double publish_s_ = 0;          ///< the last time
+    bool is_moving_ = false;      ///< edits follow one another: drafts only
+    bool is_other_image_ = true;  ///< than the one that was published last
+    int shown_reduction_ = 0;     ///< of this image; 0: nothing of it was published
+    int first_reduction_ = 8;     ///< of the first draft, by the time that the last one took
+    double publish_s_ = 0;        ///< the last time
     Clock::time_point published_;
     Clock::time_point edited_;  ///< when this image began
 };

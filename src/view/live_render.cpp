@@ -24,6 +24,8 @@ Result<void> check_live_arguments(const app::RenderArguments& a) {
                                                    {"--paths", !a.paths.empty()},
                                                    {"--stats", !a.stats.empty()},
                                                    {"--display", !a.display.empty()},
+                                                   {"--preview", !a.preview.empty()},
+                                                   {"--every", !a.every.empty()},
                                                    {"--deep", a.deep},
                                                    {"--time", !a.time.empty()},
                                                    {"--mode tile", a.mode == "tile"},
@@ -76,15 +78,31 @@ void LiveRender::pause(bool is_paused) {
     control_.request([&](LiveRequests& r) { r.is_paused = is_paused; });
 }
 
-void LiveRender::set_camera(const scene::Camera& camera, bool is_moving) {
+void LiveRender::edit(LiveEdits edits) {
     control_.request([&](LiveRequests& r) {
-        r.camera = camera;
-        r.is_moving = is_moving;
+        if (edits.values) r.edits.values = std::move(edits.values);
+        if (edits.camera_prim) {
+            // The place is that of the prim, unless these edits say another
+            r.edits.camera_prim = std::move(edits.camera_prim);
+            r.edits.camera.reset();
+            r.edits.is_camera_reset = false;
+        }
+        if (edits.camera || edits.is_camera_reset) {
+            r.edits.camera = std::move(edits.camera);
+            r.edits.is_camera_reset = edits.is_camera_reset;
+        }
+        r.edits.is_moving = edits.is_moving;
     });
 }
 
-void LiveRender::set_lights(std::vector<std::string> values) {
-    control_.request([&](LiveRequests& r) { r.lights = std::move(values); });
+void LiveRender::rest() {
+    control_.request([](LiveRequests& r) { r.edits.is_moving = false; });
+}
+
+void LiveRender::set_region(const std::optional<image::Window>& region) {
+    control_.request([&](LiveRequests& r) {
+        r.region = region.value_or(image::Window{0, 0, 0, 0});
+    });
 }
 
 void LiveRender::pick(const std::array<int, 2>& pixel) {

@@ -45,12 +45,15 @@ class LiveRender : public compositor::window::LayerSource {
 
     void pause(bool is_paused);
 
-    /// Begins the image anew. is_moving: more follow, drafts are enough.
-    void set_camera(const scene::Camera& camera, bool is_moving);
+    /// Values and another camera prim: the scene is read again, and what differs is rendered.
+    void edit(LiveEdits edits);
 
-    /// Edits of lights, as options --set, instead of those before: the scene is read again, and
-    /// what differs is rendered.
-    void set_lights(std::vector<std::string> values);
+    /// No more edits follow the last one: the image itself is rendered.
+    void rest();
+
+    /// Renders that part of the image alone [px]; none: all of it. What was rendered of the whole
+    /// is kept, unless the scene is edited meanwhile.
+    void set_region(const std::optional<image::Window>& region);
 
     /// Finds what is seen at a pixel of the image: LiveStatus::pick.
     void pick(const std::array<int, 2>& pixel);

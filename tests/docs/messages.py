@@ -4,7 +4,7 @@
 
 Usage: messages.py [ROOT]. A code is a kebab-case string where a message is made, or any kebab-case string of two words and more that is not
 listed in OTHER_WORDS. --self-test checks planted sources.
-"""
+"f-stop", "scale", """
 import re
 import sys
 

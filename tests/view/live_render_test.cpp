@@ -19,6 +19,7 @@
 #include <random>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace velatura::view {
@@ -42,6 +43,19 @@ app::RenderArguments arguments_of(const test::Workplace& w, const std::string& o
     a.quiet = true;
     if (!output.empty()) a.output = w.path(output);
     return a;
+}
+
+void set_camera(LiveRender& render, const scene::Camera& camera, bool is_moving) {
+    LiveEdits edits;
+    edits.camera = camera;
+    edits.is_moving = is_moving;
+    render.edit(std::move(edits));
+}
+
+void set_values(LiveRender& render, std::vector<std::string> values) {
+    LiveEdits edits;
+    edits.values = std::move(values);
+    render.edit(std::move(edits));
 }
 
 class LiveRenderTest : public testing::Test {
@@ -139,18 +153,18 @@ TEST_F(LiveRenderTest, PausesOrbitsAndComesBackToTheSameFile) {
     for (int i = 0; i < 5; ++i) {
         const size_t before = render.status().drafts;
         camera = moved(camera);
-        render.set_camera(camera, true);
+        set_camera(render, camera, true);
         wait(render, [&](const LiveStatus& s) { return s.drafts > before; });
     }
     EXPECT_EQ(render.status().samples, 0) << "no more than drafts while the camera moves";
-    render.set_camera(camera, false);
+    set_camera(render, camera, false);
     wait(render, [](const LiveStatus& s) { return s.messages == 1; });
     EXPECT_EQ(render.status().message, "wrote " + w_.path("live.exr"));
     EXPECT_NE(w_.hash("live.exr"), w_.hash("command.exr"));
     // Files of other cameras do not merge
     const test::CommandResult merged = w_.comp("merge live.exr command.exr -o merged.exr");
     EXPECT_EQ(merged.exit_code, 5) << merged.output;
-    render.set_camera(first, false);
+    set_camera(render, first, false);
     wait(render, [](const LiveStatus& s) { return s.messages == 2; });
     EXPECT_TRUE(bytes("live.exr") == bytes("command.exr"));
 }
@@ -253,8 +267,8 @@ TEST_F(LiveRenderTest, EditedLightsAreThoseOfTheCommand) {
         });
         messages = render.status().messages;
     };
-    render.set_lights(
-        {"float /W/key.inputs:intensity=3", "color3f /W/lamp.inputs:color=(1, 0.5, 0.25)"});
+    set_values(render,
+               {"float /W/key.inputs:intensity=3", "color3f /W/lamp.inputs:color=(1, 0.5, 0.25)"});
     wait_for_file();
     ASSERT_EQ(w_.velatura("render scene.usda -o edited.exr --set 'float /W/key.inputs:intensity=3' "
                           "--set 'color3f /W/lamp.inputs:color=(1, 0.5, 0.25)'" +
@@ -262,7 +276,7 @@ TEST_F(LiveRenderTest, EditedLightsAreThoseOfTheCommand) {
                   .exit_code,
               0);
     EXPECT_EQ(w_.hash("live.exr"), w_.hash("edited.exr"));
-    render.set_lights({});
+    set_values(render, {});
     wait_for_file();
     EXPECT_TRUE(bytes("live.exr") == bytes("command.exr"));
 }
@@ -278,22 +292,22 @@ TEST_F(LiveRenderTest, AnySequenceOfEditsEndsInTheImageOfTheCommand) {
     for (int i = 0; i < 40; ++i) {
         switch (random() % 4) {
             case 0:
-                render.set_lights({fmt::format("float /W/key.inputs:intensity={}", random() % 9)});
+                set_values(render, {fmt::format("float /W/key.inputs:intensity={}", random() % 9)});
                 break;
             case 1:
                 w_.write("scene.usda", scene_with_radius(fmt::format("0.{}", 3 + random() % 5)));
                 break;
             case 2:
-                render.set_camera(moved(first), random() % 2 == 0);
+                set_camera(render, moved(first), random() % 2 == 0);
                 break;
             default:
-                render.set_camera(first, false);
+                set_camera(render, first, false);
         }
         std::this_thread::sleep_for(std::chrono::milliseconds(random() % 200));
     }
     w_.write("scene.usda", scene_with_radius("0.5"));
-    render.set_camera(first, false);
-    render.set_lights({"float /W/lamp.inputs:intensity=7"});
+    set_camera(render, first, false);
+    set_values(render, {"float /W/lamp.inputs:intensity=7"});
     // Until the last file was read and its image written
     std::this_thread::sleep_for(std::chrono::milliseconds(1600));
     wait_for(render, Phase::Finished);
@@ -302,6 +316,121 @@ TEST_F(LiveRenderTest, AnySequenceOfEditsEndsInTheImageOfTheCommand) {
                   .exit_code,
               0);
     EXPECT_EQ(w_.hash("live.exr"), w_.hash("edited.exr"));
+}
+
+/// Pixels of a channel of what is shown.
+std::vector<float> shown_values(const Levels& levels, const std::string& name) {
+    const image::Channel* channel = levels.stack(0).image().find(name);
+    EXPECT_TRUE(channel) << name;
+    std::vector<float> values;
+    for (size_t i = 0; channel && i < channel->size(); ++i) values.push_back(channel->value(i));
+    return values;
+}
+
+TEST_F(LiveRenderTest, ARegionIsTheCropOfTheCommandAndCostsTheWholeNothing) {
+    LiveRender render(arguments_of(w_, "live.exr"), [] {});
+    wait_for(render, Phase::Finished);
+    const std::vector<float> whole = shown_values(*layers_.back().levels, "R");
+    const size_t messages = render.status().messages;
+    // 60 x 41: a fraction of 1/20 is 3 pixels, 10/41 is 10
+    const image::Window region = {15, 10, 45, 31};
+    render.set_region(region);
+    wait(render, [](const LiveStatus& s) { return s.region && s.phase == Phase::Finished; });
+    EXPECT_EQ(render.status().region, region);
+    render.save(w_.path("region.exr"));
+    wait(render, [&](const LiveStatus& s) { return s.messages > messages; });
+    EXPECT_FALSE(render.status().is_error) << render.status().message;
+    const std::string crop = fmt::format(" --crop 0.25 0.75 {} {}", 10.0 / 41, 31.0 / 41);
+    ASSERT_EQ(w_.velatura("render scene.usda -o crop.exr" + crop + options).exit_code, 0);
+    EXPECT_EQ(w_.hash("region.exr"), w_.hash("crop.exr"));
+    // Around it the whole image stays
+    const std::vector<float> seen = shown_values(*layers_.back().levels, "R");
+    ASSERT_EQ(seen.size(), whole.size());
+    const auto cropped = LayerStack::load(w_.path("crop.exr"));
+    ASSERT_TRUE(cropped.has_value());
+    const image::Channel* inside = cropped->channel("rgba", 0);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const size_t i = size_t(y) * width + size_t(x);
+            const float expected =
+                region.contains(x, y) ? inside->value(region.index(x, y)) : whole[i];
+            ASSERT_EQ(seen[i], expected) << x << " " << y;
+        }
+    // Back: the film of before, without a sample more
+    render.set_region(std::nullopt);
+    wait(render, [](const LiveStatus& s) { return !s.region; });
+    wait_for(render, Phase::Finished);
+    EXPECT_EQ(shown_values(*layers_.back().levels, "R"), whole);
+    render.save(w_.path("again.exr"));
+    wait(render, [&](const LiveStatus& s) { return s.messages > messages + 1; });
+    EXPECT_EQ(w_.hash("again.exr"), w_.hash("command.exr"));
+}
+
+TEST_F(LiveRenderTest, ARegionDuringTheRenderChangesNoBit) {
+    LiveRender render(arguments_of(w_, "live.exr"), [] {});
+    wait(render, [](const LiveStatus& s) { return s.samples > 1; });
+    render.set_region(image::Window{5, 5, 20, 20});
+    wait(render, [](const LiveStatus& s) { return s.region.has_value() && s.samples > 0; });
+    render.set_region(std::nullopt);
+    wait(render, [](const LiveStatus& s) { return s.messages > 0; });
+    EXPECT_TRUE(bytes("live.exr") == bytes("command.exr"));
+}
+
+TEST_F(LiveRenderTest, AnotherCameraAndLensAreThoseOfTheCommand) {
+    std::string scene = test::small_scene();
+    const std::string mesh = "    def Mesh \"Corner\"";
+    scene.insert(scene.find(mesh), R"(    def Camera "Side"
+    {
+        float focalLength = 30
+        double3 xformOp:translate = (1, 1.5, 5)
+        float xformOp:rotateY = 15
+        uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:rotateY"]
+    }
+)");
+    w_.write("scene.usda", scene);
+    LiveRender render(arguments_of(w_, "live.exr"), [] {});
+    wait_for(render, Phase::Finished);
+    ASSERT_TRUE(render.status().scene);
+    ASSERT_EQ(render.status().scene->cameras.size(), 2u);
+    EXPECT_EQ(render.status().scene->cameras[1].path, "/W/Side");
+    EXPECT_EQ(render.status().scene->cameras[1].focal_length, 30);
+    const auto expect_command = [&](LiveEdits edits, const std::string& more) {
+        const size_t messages = render.status().messages;
+        render.edit(std::move(edits));
+        wait(render, [&](const LiveStatus& s) { return s.messages > messages; });
+        EXPECT_FALSE(render.status().is_error) << render.status().message;
+        ASSERT_EQ(w_.velatura("render scene.usda -o edited.exr " + more + options).exit_code, 0);
+        EXPECT_EQ(w_.hash("live.exr"), w_.hash("edited.exr")) << more;
+    };
+    LiveEdits side;
+    side.camera_prim = "/W/Side";
+    expect_command(std::move(side), "--camera /W/Side");
+    EXPECT_EQ(render.status().scene_camera->name, "/W/Side");
+    LiveEdits lens;
+    lens.values = {"float /W/Side.focalLength=45", "float /W/Side.fStop=2",
+                   "float /W/Side.focusDistance=4.5"};
+    expect_command(std::move(lens),
+                   "--camera /W/Side --set 'float /W/Side.focalLength=45' --set 'float "
+                   "/W/Side.fStop=2' --set 'float /W/Side.focusDistance=4.5'");
+    EXPECT_EQ(render.status().scene->cameras[1].f_stop, 2);
+    LiveEdits back;
+    back.camera_prim = "";
+    back.values = std::vector<std::string>();
+    expect_command(std::move(back), "");
+}
+
+TEST_F(LiveRenderTest, AnEditThatCannotBeReadLeavesImageAndEdits) {
+    LiveRender render(arguments_of(w_, "live.exr"), [] {});
+    wait_for(render, Phase::Finished);
+    size_t messages = render.status().messages;
+    set_values(render, {"float /W/no_such_light.inputs:intensity=3"});
+    wait(render, [&](const LiveStatus& s) { return s.messages > messages; });
+    EXPECT_TRUE(render.status().is_error);
+    ASSERT_TRUE(render.status().problems);
+    ASSERT_FALSE(render.status().problems->empty());
+    EXPECT_NE(render.status().problems->back().find("no_such_light"), std::string::npos);
+    wait_for(render, Phase::Finished);
+    EXPECT_TRUE(bytes("live.exr") == bytes("command.exr"));
 }
 
 TEST(FileWatch, ReportsFilesThatChangedAndAreAtRest) {

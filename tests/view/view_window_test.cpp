@@ -117,6 +117,83 @@ TEST_F(ViewWindowTest, FadersBecomeLightsAndAreUndone) {
     EXPECT_TRUE(bytes("live.exr") == bytes("command.exr"));
 }
 
+/// Numbers, axes in the image, a region, a snapshot, undo: the file is that of the saved layer.
+TEST_F(ViewWindowTest, SingleLightsAreEditedByNumbersAndByTheirAxes) {
+    const Outcome played =
+        play("--edits look.usda -o live.exr",
+             "wait\nclick \"page Scene\"\nframes 3\nclick \"edit /W/lamp\"\nframes 3\n"
+             "click intensity double\ntype 25\nkey enter\nframes 5\nwait\n"
+             "click temperature\nframes 5\nwait\n"
+             "drag \"axis y\" 0 -12\nframes 5\nwait\n"
+             "drag \"axis x\" 20 0 ctrl\nframes 5\nwait\n"
+             "key ctrl+shift+s\nframes 5\nkey 1\nwait\n"
+             "click \"lights in image\"\nframes 3\nscreenshot edited.png picture\n"
+             "key t\nframes 3\nwhole \"snapshot 1\"\nwhole \"look of snapshot 1\"\n");
+    ASSERT_EQ(played.code, 0) << played.output;
+    const std::string edits = bytes("look.usda");
+    EXPECT_NE(edits.find("over \"lamp\""), std::string::npos) << edits;
+    EXPECT_NE(edits.find("float inputs:intensity = 25"), std::string::npos) << edits;
+    EXPECT_NE(edits.find("bool inputs:enableColorTemperature = true"), std::string::npos) << edits;
+    EXPECT_NE(edits.find("matrix4d xformOp:transform:view"), std::string::npos) << edits;
+    EXPECT_EQ(edits.find("Cam"), std::string::npos) << "the camera is that of the scene";
+    ASSERT_EQ(
+        w_.velatura("render scene.usda --session look.usda -o edited.exr" + options).exit_code, 0);
+    EXPECT_EQ(w_.hash("live.exr"), w_.hash("edited.exr"));
+    ASSERT_EQ(w_.comp("mix edited.exr -o edited_mix.png").exit_code, 0);
+    expect_same_image("edited.png", "edited_mix.png");
+}
+
+TEST_F(ViewWindowTest, TheLensIsFocusedByAClickAndTheRegionIsTheCrop) {
+    const Outcome played =
+        play("--edits look.usda -o live.exr",
+             "wait\nclick \"page Scene\"\nframes 3\n"
+             "click f-stop double\ntype 0.5\nkey enter\nframes 5\nwait\n"
+             "click \"pick focus\"\nclick picture\nframes 10\nwait\n"
+             "key ctrl+shift+s\nframes 5\nkey 1\nwait\nscreenshot lens.png picture\n"
+             "key ctrl+b\ndrag picture 24 16\nframes 5\nwait\nwhole \"region frame\"\n"
+             "key ctrl+s\nframes 5\nwait\n");
+    ASSERT_EQ(played.code, 0) << played.output;
+    const std::string edits = bytes("look.usda");
+    EXPECT_NE(edits.find("float fStop = 0.5"), std::string::npos) << edits;
+    EXPECT_NE(edits.find("float focusDistance = "), std::string::npos) << edits;
+    const std::string with = "render scene.usda --session look.usda" + options;
+    ASSERT_EQ(w_.velatura(with + " -o lens.exr").exit_code, 0);
+    ASSERT_EQ(w_.comp("mix lens.exr -o lens_mix.png").exit_code, 0);
+    expect_same_image("lens.png", "lens_mix.png");
+    // From the middle, 24 x 16 pixels: of 96 x 64 the fourth of each side
+    ASSERT_EQ(w_.velatura(with + " -o crop.exr --crop 0.5 0.75 0.25 0.5").exit_code, 0);
+    EXPECT_EQ(w_.hash("live.exr"), w_.hash("crop.exr"));
+}
+
+TEST_F(ViewWindowTest, WhatIsDenoisedIsWhatTheCommandsDenoise) {
+    const Outcome played = play("-o live.exr --halves",
+                                "wait\nkey d\nwait\nkey 1\nwait\n"
+                                "screenshot denoised.png picture\nkey d\nwait\n"
+                                "screenshot plain.png picture\n");
+    ASSERT_EQ(played.code, 0) << played.output;
+    ASSERT_EQ(w_.comp("denoise live.exr -o denoised.exr").exit_code, 0);
+    ASSERT_EQ(w_.comp("mix denoised.exr -o denoised_mix.png").exit_code, 0);
+    expect_same_image("denoised.png", "denoised_mix.png");
+    ASSERT_EQ(w_.comp("mix live.exr -o plain_mix.png").exit_code, 0);
+    expect_same_image("plain.png", "plain_mix.png");
+}
+
+/// The image that is frozen as B stays while A is edited.
+TEST_F(ViewWindowTest, AFrozenImageStaysBesideTheOneThatGoesOn) {
+    const Outcome played =
+        play("-o live.exr",
+             "wait\nkey shift+t\nframes 3\nwait\nclick \"page Scene\"\nframes 3\n"
+             "click \"edit /W/key\"\nframes 3\nclick intensity double\ntype 1\nkey enter\n"
+             "frames 5\nwait\nclick \"lights in image\"\nkey x\nkey w\nkey 1\nwait\n"
+             "screenshot frozen.png picture\nkey x\nwait\nscreenshot edited.png picture\n");
+    ASSERT_EQ(played.code, 0) << played.output;
+    ASSERT_EQ(w_.velatura("render scene.usda -o command.exr" + options).exit_code, 0);
+    ASSERT_EQ(w_.comp("mix command.exr -o frozen_mix.png").exit_code, 0);
+    expect_same_image("frozen.png", "frozen_mix.png");
+    ASSERT_EQ(w_.comp("mix live.exr -o edited_mix.png").exit_code, 0);
+    expect_same_image("edited.png", "edited_mix.png");
+}
+
 TEST_F(ViewWindowTest, ASceneThatCannotBeReadClosesIt) {
     w_.write("scene.usda", "no scene");
     const Outcome broken = play("", "wait\n");
