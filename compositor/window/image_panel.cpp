@@ -380,7 +380,7 @@ void draw_scale(Drawing& drawing, const ImVec2& low, const ImVec2& high) {
         list.AddText({corner.x + width * mark.t - half, corner.y + 0.9f * unit},
                      packed(color::text), mark.text.c_str());
     }
-    drawing.marks.note("scale", {corner.x, corner.y, end.x, end.y});
+    drawing.marks.note("color scale", {corner.x, corner.y, end.x, end.y});
 }
 
 void draw_nothing_yet(const Drawing& drawing, const ImVec2& low, const ImVec2& size) {

@@ -4,7 +4,7 @@
 
 Usage: messages.py [ROOT]. A code is a kebab-case string where a message is made, or any kebab-case string of two words and more that is not
 listed in OTHER_WORDS. --self-test checks planted sources.
-"f-stop", "scale", """
+"""
 import re
 import sys
 
@@ -14,7 +14,7 @@ import checks
 OTHER_WORDS = set("""
     adaptive-sampling arc-cycle arc-to-prohibited-child array-bytes blackman-harris blue-noise bounce-layers camera-blur capacity-exceeded
     caster-layers catmull-rom caustic-search caustic-trial-cap clamp-layers data-layers decode-memory decode-time deep-samples deformation-blur
-    depth-of-field diffuse-transmission effect-left-out environment-maps gave-up global-area half-images id-mattes inconsistent-property-type
+    depth-of-field diffuse-transmission effect-left-out environment-maps f-stop gave-up global-area half-images id-mattes inconsistent-property-type
     interior-media lobe-matrix invalid-asset-path invalid-authored-relocation invalid-conflicting-relocation invalid-external-target-path
     invalid-instance-target-path invalid-prim-path invalid-reference-offset invalid-same-target-relocations invalid-sublayer-offset
     invalid-sublayer-ownership invalid-sublayer-path jobtemplate-2023-09 level-sets light-filters light-layers light-linking light-profiles light-selection
