@@ -219,7 +219,8 @@ def Mesh "Room"
 {
     int[] faceVertexCounts = [4, 4, 4, 4]
     int[] faceVertexIndices = [0, 1, 2, 3, 4, 7, 6, 5, 0, 3, 7, 4, 1, 5, 6, 2]
-    point3f[] points = [(-3, -2, 5), (3, -2, 5), (3, -2, -4), (-3, -2, -4), (-3, 4, 5), (3, 4, 5), (3, 4, -4), (-3, 4, -4)]
+    point3f[] points = [(-3, -2, 5), (3, -2, 5), (3, -2, -4), (-3, -2, -4), (-3, 4, 5), (3, 4, 5),
+        (3, 4, -4), (-3, 4, -4)]
     uniform token subdivisionScheme = "none"
     uniform bool doubleSided = 1
     color3f[] primvars:displayColor = [(0.8, 0.8, 0.8)]

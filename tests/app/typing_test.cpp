@@ -70,6 +70,8 @@ TEST(Typing, NoCommandWritesOverWhatItReads) {
             {"--rates-from", "--output", {command, "x", "--rates-from", "IN", "-o", "IN"}});
         rows.push_back(
             {"--session", "--paths", {command, "x", "--session", "IN", "--paths", "IN"}});
+        rows.push_back(
+            {"--session", "--preview", {command, "x", "--session", "IN", "--preview", "IN"}});
     }
     expect_inputs_guarded(line, rows, testing::TempDir() + "app_inputs");
 }
