@@ -201,6 +201,8 @@ void Desktop::take_renewed() {
 void Desktop::renew(const RenewedLayers& renewed) {
     if (!session_.has_file()) return show({followed_.paths, {}, renewed.levels});
     rendered_ = renewed.levels;
+    // What is being denoised is of a camera or light that is no more
+    if (renewed.is_other_image) denoised_.clear();
     // What is denoised stays until the same of these layers is there
     const bool waits = session_.is_denoising() && is_denoised_ && !renewed.is_other_image &&
                        renewed.levels->reduction() == 1;

@@ -179,7 +179,8 @@ void ProgressPrinter::show_image(display::TerminalProtocol protocol,
     std::string out;
     if (image_rows_ > 0) out = fmt::format("\033[{}A\r\033[J", image_rows_);
     out += display::terminal_image(protocol, shown);
-    out += line_ + "\033[K\n";
+    // A line that wraps would move the next image
+    out += line_.substr(0, size_t(columns - 1)) + "\033[K\n";
     image_rows_ = (shown.height + cell_height - 1) / std::max(cell_height, 1) + 1;
     std::fwrite(out.data(), 1, out.size(), stdout);
     std::fflush(stdout);

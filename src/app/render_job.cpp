@@ -307,12 +307,18 @@ Result<void> choose_preview(const RenderArguments& a, RenderJob& job) {
         return usage(fmt::format(
             "--preview: expected a name ending in .png, .jpg or .tif, found \"{}\"", a.preview));
     const bool is_in_terminal = job.progress == ProgressStyle::Image;
-    if (!a.every.empty() && a.preview.empty() && !is_in_terminal && !a.quiet)
+    // Where the output is no terminal, --progress image is plain
+    const bool shows_image =
+        a.progress == "image" || a.progress == "kitty" || a.progress == "sixel";
+    if (!a.every.empty() && a.preview.empty() && !shows_image && !a.quiet)
         return usage("--every needs --preview or --progress image");
     if (!a.every.empty()) {
         const auto interval = parse_duration(a.every);
         if (!interval) return usage("--every: " + interval.error().message);
-        job.preview_interval_s = *interval;
+        constexpr double shortest_s = 0.1, longest_s = 1e6;
+        if (*interval < shortest_s)
+            return usage(fmt::format("--every: expected 0.1s or more, found \"{}\"", a.every));
+        job.preview_interval_s = std::min(*interval, longest_s);
     }
     if (!is_in_terminal) return {};
     job.terminal = a.progress == "kitty"   ? display::TerminalProtocol::Kitty

@@ -22,8 +22,8 @@ std::string kitty_image(const PreviewImage& image) {
     std::string out;
     for (size_t at = 0; at < text.size(); at += piece) {
         const bool is_last = at + piece >= text.size();
-        // q=2: no answers, which nobody would read
-        out += at == 0 ? fmt::format("\033_Ga=T,q=2,f=24,s={},v={},m={};", image.width,
+        // q=2: no answers, which nobody would read; i, p: in place of the image before
+        out += at == 0 ? fmt::format("\033_Ga=T,i=1,p=1,q=2,f=24,s={},v={},m={};", image.width,
                                      image.height, is_last ? 0 : 1)
                        : fmt::format("\033_Gm={};", is_last ? 0 : 1);
         out += text.substr(at, piece);

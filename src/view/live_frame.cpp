@@ -25,6 +25,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <utility>
 
 namespace velatura::view {
@@ -593,10 +594,13 @@ void LiveFrame::write(const std::string& path, bool is_output) {
     if (!progress().has_film || image().film().noise().samples_max == 0)
         return control_.report("no samples yet: nothing to write", true);
     app::FrameInput input = *input_;
-    if (!path.empty()) {
-        input.output = path;
-        input.other_outputs.clear();
-    }
+    // A region replaces no whole image
+    const bool is_beside = path.empty() && !region_window_.is_empty();
+    if (is_beside)
+        input.output =
+            std::filesystem::path(input.output).replace_extension(".region.exr").string();
+    if (!path.empty()) input.output = path;
+    if (is_beside || !path.empty()) input.other_outputs.clear();
     app::RenderJob job = job_;
     if (!is_output) job.arguments.is_resumable = true;
     const app::FrameFacts facts = facts_of_file();

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 namespace velatura::view {
 
@@ -114,20 +115,22 @@ void ScenePage::draw_camera(const LiveStatus& status) {
                          float least) {
         const auto set_to = numbers(label, label, {float(value), 0, 0}, 1,
                                     speed * std::max(float(value), 0.1f), "%.4g", least, 1e6f);
-        if (set_to) set(camera->path, name, "float", float_text((*set_to)[0]));
-        return set_to.has_value();
+        if (!set_to) return;
+        editor_.edit(camera->path + "." + name, ImGui::IsItemActive(), [&](SceneState& s) {
+            s.values.set(camera->path, name, "float", float_text((*set_to)[0]));
+            // A lens that is focused nowhere has no effect
+            const bool is_unfocused = !(camera->focus_distance > 0) && !status.bounds.isEmpty();
+            if (std::string_view(name) != "fStop" || !is_unfocused) return;
+            const Vec3d middle = 0.5 * (status.bounds.min + status.bounds.max);
+            const double far = (middle - origin_of(editor_.camera()->render_from_camera)).length();
+            s.values.set(camera->path, "focusDistance", "float", float_text(far));
+        });
     };
     row("focal length", "focalLength", camera->focal_length, 0.005f, 0.01f);
     compositor::window::explain(
         "Tenths of a scene unit, or millimeters, by the units of the camera");
-    const bool has_f_stop = row("f-stop", "fStop", camera->f_stop, 0.01f, 0);
+    row("f-stop", "fStop", camera->f_stop, 0.01f, 0);
     compositor::window::explain("0: everything is in focus");
-    // A lens that is focused nowhere has no effect
-    if (has_f_stop && !(camera->focus_distance > 0) && !status.bounds.isEmpty()) {
-        const Vec3d middle = 0.5 * (status.bounds.min + status.bounds.max);
-        const double far = (middle - origin_of(editor_.camera()->render_from_camera)).length();
-        set(camera->path, "focusDistance", "float", float_text(far));
-    }
     row("focus distance", "focusDistance", camera->focus_distance, 0.005f, 0);
     if (compositor::window::switch_button("pick focus", "Pick the focus", wants_focus_,
                                           color::accent))

@@ -272,15 +272,24 @@ TEST(PreviewCommand, ImagesInTheTerminalEndInTheImage) {
 TEST(PreviewCommand, WrongUsageIsRefused) {
     const test::Workplace w;
     w.write("scene.usda", test::small_scene());
-    for (const char* wrong : {"--preview p.exr", "--every 3s", "--preview p.png --every soon"}) {
+    for (const char* wrong : {"--preview p.exr", "--every 3s", "--preview p.png --every soon",
+                              "--preview p.png --every 0.01s"}) {
         const auto r = w.velatura(std::string("render scene.usda -o a.exr ") + wrong);
         EXPECT_EQ(r.exit_code, 2) << wrong << "\n" << r.output;
     }
     EXPECT_FALSE(w.exists("a.exr"));
+    // In a pipe, --progress image is plain
+    const auto piped = w.velatura(
+        "render scene.usda -o piped.exr --res 16 11 --spp 1 --progress image --every 2s");
+    EXPECT_EQ(piped.exit_code, 0) << piped.output;
+    EXPECT_EQ(piped.output.find("\033_G"), std::string::npos);
     // A preview that cannot be written ends no render
+    w.write("file", "no folder");
     const auto r =
-        w.velatura("render scene.usda -o a.exr --res 16 11 --spp 1 --preview no/such/folder/p.png");
-    EXPECT_TRUE(w.exists("a.exr") || r.exit_code == 2) << r.output;
+        w.velatura("render scene.usda -o a.exr --res 16 11 --spp 1 --preview file/p.png");
+    EXPECT_EQ(r.exit_code, 0) << r.output;
+    EXPECT_TRUE(w.exists("a.exr"));
+    EXPECT_NE(r.output.find("[preview]"), std::string::npos) << r.output;
 }
 
 }  // namespace
