@@ -234,7 +234,7 @@ TEST(PreviewCommand, TheFileIsTheMixOfTheFinishedImage) {
     const std::string options = "render scene.usda -o a.exr --res 60 41 --spp 8 --bounces 2 -q";
     ASSERT_EQ(w.velatura(options).exit_code, 0);
     const std::string bytes = w.hash("a.exr");
-    const auto r = w.velatura(options + " --preview p.png --every 0.05s");
+    const auto r = w.velatura(options + " --preview p.png --every 0.1s");
     ASSERT_EQ(r.exit_code, 0) << r.output;
     EXPECT_EQ(w.hash("a.exr"), bytes);
     ASSERT_EQ(w.comp("mix a.exr -o mix.png").exit_code, 0);

@@ -80,6 +80,8 @@ double reach_of(InstanceSource& what) {
     for (const Placement& inner : what.placements)
         reach = std::max(
             reach, reach_of(*inner.what) * largest_row(inner.matrix) + translation(inner.matrix));
+    // Lights at infinity have no reach, but turns of them count as those of anything else
+    if (reach == 0.0 && !what.lights.empty()) reach = 1.0;
     what.reach = reach;
     return reach;
 }
