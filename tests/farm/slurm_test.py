@@ -196,12 +196,12 @@ def everything_goes_wrong(cluster, programs, folder):
         byte = part.read(1)
         part.seek(-1, os.SEEK_CUR)
         part.write(bytes([byte[0] ^ 1]))
-    # Preempt a piece twice
-    preempted = job.running(status)[0]["piece"]
+    # Preempt a piece twice: the last that began, which has most left to do
+    preempted = job.running(status)[-1]["piece"]
     for attempt in (1, 2):
         job.until(f"start {attempt} of piece {preempted}", lambda s: s["list"][preempted]["state"] == "running"
-                  and s["list"][preempted]["attempts"] == attempt and s["list"][preempted]["percent"] > 0
-                  or s["list"][preempted]["state"] == "done")
+                  and s["list"][preempted]["attempts"] == attempt or s["list"][preempted]["state"] == "done")
+        time.sleep(1)  # some samples; the state of a piece has its percentage every few seconds only
         if job.status()["list"][preempted]["state"] != "done":
             # Slurm stops all of the task and starts it again; or it warns it, and the piece does so
             subprocess.run(["scontrol", "requeue", job.task(preempted)] if attempt == 1 else
