@@ -75,7 +75,8 @@ TEST_F(MemoryLimitCommand, IsKept) {
 /// The rest of the render is not thrown away with it, nor is the file that was there.
 TEST_F(MemoryLimitCommand, TooLittleLeavesTheOldFile) {
     w.write("x.exr", "of yesterday");
-    const CommandResult r = render("--memory-limit 30M");
+    // A film of some 350 MB: far more than the limit, which is far more than the program itself
+    const CommandResult r = render("--res 640 480 --memory-limit 60M");
     EXPECT_EQ(r.exit_code, 6) << r.output;
     EXPECT_NE(r.output.find("nothing is rendered [memory-limit]"), std::string::npos) << r.output;
     EXPECT_NE(r.output.find("MB film"), std::string::npos) << r.output;
