@@ -108,6 +108,7 @@ LiveFrame::LiveFrame(const app::RenderJob& job,
     : job_(job),
       first_prim_(job.arguments.camera),
       input_(&input),
+      camera_prim_(job.arguments.camera),
       syntax_errors_(count_syntax_errors(diagnostics)),
       writes_output_(writes_output),
       control_(control),
@@ -216,15 +217,14 @@ void LiveFrame::note_problems(const Diagnostics& diagnostics) {
     control_.set_status([&](LiveStatus& s) { s.problems = problems; });
 }
 
-/// Composes and translates the scene as it is now, with the edits. A scene that
-/// cannot be read leaves edits and image as they were.
+/// Composes and translates the scene as it is now, with the edits. A scene that cannot be read
+/// leaves the image as it was; the next one that can has these edits.
 void LiveFrame::reload(const LiveEdits& edits) {
     set_phase(Phase::Loading);
-    const std::string prim_before = job_.arguments.camera;
-    std::vector<std::string> values_before = values_;
     if (edits.values) values_ = *edits.values;
     if (edits.camera_prim)
-        job_.arguments.camera = edits.camera_prim->empty() ? first_prim_ : *edits.camera_prim;
+        camera_prim_ = edits.camera_prim->empty() ? first_prim_ : *edits.camera_prim;
+    const std::string prim_before = std::exchange(job_.arguments.camera, camera_prim_);
     const std::vector<std::string> changed = watch_.changed_files();
     const auto is_layer = [&](const std::string& file) {
         return std::any_of(
@@ -243,7 +243,6 @@ void LiveFrame::reload(const LiveEdits& edits) {
         if (why.empty()) why = error.message;
         diagnostics.error(error.code, {}, {}, error.message);
         note_problems(diagnostics);
-        values_ = values_before;
         job_.arguments.camera = prim_before;
         control_.report(why + "; the image is that of before", true);
     };

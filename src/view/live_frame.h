@@ -86,8 +86,10 @@ class LiveFrame {
     const std::string first_prim_;  ///< the render's own --camera
     const app::FrameInput* input_;
     std::optional<app::PreparedFrame> reloaded_;  ///< then input_ is of it
-    std::vector<std::string> values_;             ///< edits, as options --set
-    size_t syntax_errors_;                        ///< of the scene that is rendered
+    // What was edited last; a scene that cannot be read now gets it once it can
+    std::vector<std::string> values_;  ///< as options --set
+    std::string camera_prim_;          ///< as --camera
+    size_t syntax_errors_;             ///< of the scene that is rendered
     bool writes_output_;
     LiveControl& control_;
     Diagnostics& diagnostics_;

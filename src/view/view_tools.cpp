@@ -176,8 +176,13 @@ void ViewTools::redo() {
     if (!baked) return desktop_.session().report("no edit of camera or lights to redo");
     if (baked->empty()) return;
     desktop_.session().edit("", [&](compositor::Look& look) {
-        const auto n = std::ptrdiff_t(std::min(baked->size(), look.controls.size()));
-        look.controls.erase(look.controls.begin(), look.controls.begin() + n);
+        // Faders that were moved since stay
+        std::erase_if(look.controls, [&](const compositor::Control& c) {
+            return std::any_of(baked->begin(), baked->end(), [&](const compositor::Control& b) {
+                return b.kind == c.kind && b.target == c.target && b.value == c.value &&
+                       b.matte == c.matte;
+            });
+        });
     });
 }
 

@@ -419,7 +419,29 @@ TEST_F(LiveRenderTest, AnotherCameraAndLensAreThoseOfTheCommand) {
     expect_command(std::move(back), "");
 }
 
-TEST_F(LiveRenderTest, AnEditThatCannotBeReadLeavesImageAndEdits) {
+/// The window shows an edit as made: it is in the image once the file can be read again.
+TEST_F(LiveRenderTest, AnEditWhileAFileIsBrokenIsRenderedOnceItIsMended) {
+    LiveRender render(arguments_of(w_, "live.exr"), [] {});
+    wait_for(render, Phase::Finished);
+    const auto wait_for_message = [&](const std::function<void()>& what, const std::string& start) {
+        const size_t messages = render.status().messages;
+        what();
+        wait(render, [&](const LiveStatus& s) {
+            return s.messages > messages && s.message.starts_with(start);
+        });
+    };
+    const std::string broken = "#usda 1.0\ndef Sphere \"Ball\"\n{\n    double radius = = 1\n}\n";
+    wait_for_message([&] { w_.write("scene.usda", broken); }, "");
+    wait_for_message([&] { set_values(render, {"float /W/key.inputs:intensity=7"}); }, "");
+    EXPECT_TRUE(render.status().is_error);
+    wait_for_message([&] { w_.write("scene.usda", scene_with_radius("0.45")); }, "wrote");
+    const std::string command =
+        "render scene.usda -o command.exr --set 'float /W/key.inputs:intensity=7'" + options;
+    ASSERT_EQ(w_.velatura(command).exit_code, 0);
+    EXPECT_EQ(w_.hash("live.exr"), w_.hash("command.exr"));
+}
+
+TEST_F(LiveRenderTest, AnEditThatCannotBeReadLeavesTheImage) {
     LiveRender render(arguments_of(w_, "live.exr"), [] {});
     wait_for(render, Phase::Finished);
     size_t messages = render.status().messages;

@@ -117,6 +117,21 @@ TEST_F(ViewWindowTest, FadersBecomeLightsAndAreUndone) {
     EXPECT_TRUE(bytes("live.exr") == bytes("command.exr"));
 }
 
+/// Redo takes the faders that are baked again, and no other.
+TEST_F(ViewWindowTest, ABakeThatIsDoneAgainLeavesOtherFaders) {
+    const Outcome played = play("--edits look.usda -o live.exr",
+                                "wait\ndrag \"gain key\" 40 0\nwait\nclick \"bake lights\"\n"
+                                "frames 5\nwait\nkey ctrl+shift+s\nframes 5\nkey z\nframes 5\n"
+                                "wait\nkey ctrl+r\nframes 3\nclick \"mute sky\"\nframes 3\n"
+                                "key shift+z\nframes 5\nwait\nkey 1\nwait\n"
+                                "screenshot redone.png picture\n");
+    ASSERT_EQ(played.code, 0) << played.output;
+    ASSERT_EQ(w_.velatura("render scene.usda --session look.usda -o baked.exr" + options).exit_code,
+              0);
+    ASSERT_EQ(w_.comp("mix baked.exr -o redone_mix.png --mute sky").exit_code, 0);
+    expect_same_image("redone.png", "redone_mix.png");
+}
+
 /// Numbers, axes in the image, a region, a snapshot, undo: the file is that of the saved layer.
 TEST_F(ViewWindowTest, SingleLightsAreEditedByNumbersAndByTheirAxes) {
     const Outcome played =
