@@ -149,6 +149,20 @@ Result<void> check_preset(const std::string& file) {
     return Error{"bad-preset", why.empty() ? fmt::format("{} cannot be read", file) : why};
 }
 
+/// Errors: "usage", where --piece-time was typed and nothing is split by it.
+Result<void> check_piece_time(const SubmitArguments& a,
+                              const Command& command,
+                              farm::Engine engine) {
+    using farm::Engine;
+    const bool is_split =
+        a.pieces == "auto" && (engine == Engine::Local || engine == Engine::Slurm);
+    const bool has_chunks = a.chunk > 0 && engine == Engine::OpenJobDescription;
+    if (is_split || has_chunks || command.find_option("--piece-time").count() == 0) return {};
+    return Error{"usage",
+                 "--piece-time has no effect: it needs --pieces auto and --engine local or slurm, "
+                 "or --chunk and --engine openjd"};
+}
+
 /// When a frame is done and how it is split. Errors: "usage", "file-not-found", "bad-preset".
 Result<void> choose_rounds(const SubmitArguments& a,
                            const integrator::RenderOptions& schedule,
@@ -247,6 +261,7 @@ Result<farm::Job> make_job(const SubmitArguments& a, const Command& command) {
         return Error{"file-not-found", fmt::format("{} not found", a.render.scene)};
     const auto engine = farm::engine_of(a.engine);
     if (!engine) return engine.error();
+    if (const auto ok = check_piece_time(a, command, *engine); !ok) return ok.error();
     const auto for_engine = engine_options(a, *engine);
     if (!for_engine) return for_engine.error();
     const auto frames = frames_of(a.render);

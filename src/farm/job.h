@@ -76,8 +76,8 @@ struct Job {
 };
 
 /// Splits samples [first, end) into at most `count` ranges of about the same length; an empty one
-/// into none. Bounds are
-/// multiples of a power of two as large as is possible: sums of such ranges are small.
+/// into none. Bounds are multiples of a power of two as large as is possible: sums of such ranges
+/// are small.
 std::vector<Piece> split_samples(uint64_t first, uint64_t end, uint64_t count);
 
 /// Number of pieces of a frame where none is requested: one where there are several frames, else

@@ -61,14 +61,14 @@ bool run_quietly(const Job& job, size_t frame, std::vector<std::string> words) {
     return ended && ended->code == 0;
 }
 
-bool write_picture(const Job& job, size_t frame, const std::string& image) {
+bool write_png(const Job& job, size_t frame, const std::string& image) {
     std::vector<std::string> words = {compositor_program(), "mix", image, "-o",
                                       job.preview_file(frame, ".png")};
     if (!job.mix.empty()) words.insert(words.end(), {"--preset", job.mix});
     return run_quietly(job, frame, std::move(words));
 }
 
-/// What a preview leaves beside its picture.
+/// What a preview leaves beside its PNG.
 void remove_interim(const Job& job, size_t frame) {
     std::error_code ignored;
     std::filesystem::remove(job.preview_file(frame, ".exr"), ignored);
@@ -89,7 +89,7 @@ std::optional<Preview> read_preview(const Job& job, size_t frame) {
         Preview p;
         p.first = whole_number<uint64_t>(j.at("samples").at(0));
         p.end = whole_number<uint64_t>(j.at("samples").at(1));
-        p.has_picture = j.at("picture").get<bool>();
+        p.has_png = j.at("png").get<bool>();
         if (j.contains("error"))
             p.error =
                 ErrorAt{p.end - p.first, j.at("error").get<double>(), j.at("is_lower").get<bool>()};
@@ -138,18 +138,18 @@ Result<bool> renew_preview(const Job& job, size_t frame) {
         j["error"] = error->error;
         j["is_lower"] = error->is_lower;
     }
-    j["picture"] = write_picture(job, frame, image);
+    j["png"] = write_png(job, frame, image);
     if (const auto ok = write_file_atomically(about, j.dump(1) + "\n"); !ok) return ok.error();
     return true;
 }
 
 void finish_preview(const Job& job, size_t frame) {
     if (!job.has_previews || job.pieces_of(frame).size() < 2) return;
-    // A preview that is made now is to come before the picture of the image; without the lock that
+    // A preview that is made now is to come before the PNG of the image; without the lock that
     // of a machine that hangs may come later
     constexpr double longest_s = 600;
     const auto lock = OutputLock::wait_for(job.preview_file(frame, ".json"), longest_s);
-    (void)write_picture(job, frame, job.outputs[frame]);
+    (void)write_png(job, frame, job.outputs[frame]);
     remove_interim(job, frame);
 }
 

@@ -15,7 +15,7 @@ namespace velatura::farm {
 struct Preview {
     uint64_t first = 0, end = 0;   ///< its samples
     std::optional<ErrorAt> error;  ///< that it states; nothing: unknown
-    bool has_picture = false;      ///< there is a PNG beside the EXR
+    bool has_png = false;          ///< there is a PNG beside the EXR
 };
 
 /// Nothing where a frame has none. A damaged file counts as none: the next one replaces it.
@@ -27,7 +27,7 @@ std::optional<Preview> read_preview(const Job& job, size_t frame);
 /// reading states; what a merge refuses is in its log, and ends nothing.
 Result<bool> renew_preview(const Job& job, size_t frame);
 
-/// The picture of a frame whose image is written. Its interim EXR is removed.
+/// The PNG of a frame whose image is written. Its interim EXR is removed.
 void finish_preview(const Job& job, size_t frame);
 
 }  // namespace velatura::farm

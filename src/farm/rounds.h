@@ -32,8 +32,8 @@ bool needs_samples(const Job& job, const FrameResult& result);
 
 /// Samples of each pixel for which a frame is expected to reach the target: at most 4 times those
 /// that it has, an eighth more at least, in steps of a sixteenth of a power of two as one render
-/// takes them. Errors fall by
-/// a power of the samples between -0.5 and -0.75 (statistics::ErrorCurve).
+/// takes them. Errors fall by a power of the samples between -0.5 and -0.75
+/// (statistics::ErrorCurve).
 uint64_t next_spp(const Job& job, const FrameResult& result);
 
 /// Whether a frame lacks samples that add_round() adds, limits aside. Errors: "farm-piece" (damaged

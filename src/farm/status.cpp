@@ -164,8 +164,14 @@ Result<JobStatus> status_of(const Job& job) {
             job.has_previews && !status.is_merged.back() ? read_preview(job, frame) : std::nullopt);
     }
     const size_t done = status.count(State::Done), running = status.count(State::Running);
-    const Result<bool> can_go_on = lacks_pieces(job, status.pieces);
-    if (!can_go_on) return can_go_on.error();
+    bool can_go_on = false;
+    const bool has_ended = status.count(State::GaveUp) + status.problems.size() > 0 &&
+                           done + status.count(State::GaveUp) == job.pieces.size();
+    if (has_ended) {
+        const Result<bool> lacks = lacks_pieces(job, status.pieces);
+        if (!lacks) return lacks.error();
+        can_go_on = *lacks;
+    }
     if (status.merged_count() == job.frames.size())
         status.state = JobState::Complete;
     else if (is_canceled(job))
@@ -174,8 +180,7 @@ Result<JobStatus> status_of(const Job& job) {
         status.state = JobState::Waiting;
     else if (job.engine == Engine::Local && running == 0 && !is_run_here(job))
         status.state = JobState::Incomplete;  // `farm submit` runs the pieces itself, and ended
-    else if (status.count(State::GaveUp) + status.problems.size() > 0 && !*can_go_on &&
-             done + status.count(State::GaveUp) == job.pieces.size())
+    else if (has_ended && !can_go_on)
         status.state = JobState::Incomplete;
     else
         status.state = JobState::Running;
@@ -240,7 +245,7 @@ std::string status_json(const Job& job, const JobStatus& status, double price) {
         if (const std::optional<Preview>& p = status.previews[i]) {
             row["preview"] = {{"file", job.preview_file(i, ".exr")},
                               {"samples", {p->first, p->end}}};
-            if (p->has_picture) row["preview"]["picture"] = job.preview_file(i, ".png");
+            if (p->has_png) row["preview"]["png"] = job.preview_file(i, ".png");
             if (p->error)
                 row["preview"].update(
                     {{"error", p->error->error}, {"is_lower", p->error->is_lower}});

@@ -380,7 +380,7 @@ TEST_F(FarmCommand, APreviewIsRenewedWhilePiecesArrive) {
                   .exit_code,
               0);
     EXPECT_EQ(w.hash("j/preview/0000.exr"), w.hash("half.exr"));
-    EXPECT_EQ(first.contains("picture"), w.exists("j/preview/0000.png"));
+    EXPECT_EQ(first.contains("png"), w.exists("j/preview/0000.png"));
     EXPECT_TRUE(w.exists("j/preview/0000.png")) << *read_file(w.path("j/logs/preview.0000.log"));
     // Between: piece 3 is not beside them, and with piece 2 the image itself is due
     EXPECT_EQ(shown(3)["samples"], json({0, 16}));
@@ -581,8 +581,10 @@ TEST_F(FarmCommand, RefusesWhatPiecesCannotDo) {
                              "--max-depth -1",
                              "--retries -1",
                              "--frames x",
-                             "--piece-time nan",
-                             "--piece-time ''",
+                             "--piece-time 5m",
+                             "--pieces auto --piece-time nan",
+                             "--pieces auto --engine openjd --piece-time 5m",
+                             "--pieces auto --piece-time ''",
                              "--target-error 1% --max-cpu -1m",
                              "--target-error 1% --max-time x",
                              "--caustics no"}) {

@@ -370,7 +370,7 @@ TEST_F(FarmJob, WithoutAMeasuredPieceNothingIsAdded) {
     EXPECT_EQ(add_round(job)->size(), 3u) << "the rest of frame 3, and frames 2 and 4";
 }
 
-/// The picture of the image comes behind that of a preview.
+/// The PNG of the image comes behind that of a preview.
 TEST_F(FarmJob, AFinishedPreviewWaitsForOneThatIsMade) {
     ASSERT_TRUE(create_job(job).has_value());
     const std::string about = job.preview_file(0, ".json");
