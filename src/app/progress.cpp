@@ -36,8 +36,9 @@ std::optional<display::TerminalProtocol> terminal_protocol() {
         return std::string(text ? text : "");
     };
     const std::string term = value("TERM"), program = value("TERM_PROGRAM");
+    // Not KITTY_WINDOW_ID: tmux, and any terminal that was started there, has it, too
     if (term.find("kitty") != std::string::npos || term.find("ghostty") != std::string::npos ||
-        !value("KITTY_WINDOW_ID").empty() || program == "ghostty" || program == "WezTerm")
+        program == "ghostty" || program == "WezTerm")
         return display::TerminalProtocol::Kitty;
     for (const char* known : {"foot", "mlterm", "contour", "yaft", "sixel"})
         if (term.find(known) != std::string::npos) return display::TerminalProtocol::Sixel;
