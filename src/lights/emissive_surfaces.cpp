@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lights/emissive_surfaces.h"
 
+#include "base/box.h"
 #include "base/tasks.h"
 #include "geometry/geometry_set.h"
 #include "lights/emitter.h"
@@ -331,12 +332,7 @@ LightBounds EmissiveSurfaces::place(uint32_t item, const LightBounds& bounds) co
     const scene::Instance& instance = scene_.instances[instances_[item - direct_count()].instance];
     const Mat4d m(instance.render_from_prototype);
     LightBounds placed;
-    for (int i = 0; i < 8; ++i) {
-        const Vec3d corner(i & 1 ? bounds.box.max.x : bounds.box.min.x,
-                           i & 2 ? bounds.box.max.y : bounds.box.min.y,
-                           i & 4 ? bounds.box.max.z : bounds.box.min.z);
-        placed.box.extendBy(transform_point(corner, m));
-    }
+    placed.box = transformed(bounds.box, m);
     placed.cone = bounds.cone;
     placed.cone.intensity *=
         std::cbrt(sqr(determinant3(m))) * double(instances_[item - direct_count()].strength);
@@ -348,15 +344,8 @@ LightBounds EmissiveSurfaces::place(uint32_t item, const LightBounds& bounds) co
     if (later.empty()) return placed;
     // Corners move straight on in render space, whatever the box around them does
     Box3d box = placed.box;
-    for (const Mat4& key : later) {
-        for (int i = 0; i < 8; ++i) {
-            const Vec3d corner(i & 1 ? bounds.box.max.x : bounds.box.min.x,
-                               i & 2 ? bounds.box.max.y : bounds.box.min.y,
-                               i & 4 ? bounds.box.max.z : bounds.box.min.z);
-            box.extendBy(transform_point(corner, Mat4d(key)));
-        }
-    }
     const std::vector<Mat4d> keys(later.begin(), later.end());
+    for (const Mat4d& key : keys) box.extendBy(transformed(bounds.box, key));
     placed = carried(placed, scene::AffineMotion(m, keys));
     placed.box = box;
     return placed;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lights/light_bounds.h"
 
+#include "base/box.h"
 #include "base/floats.h"
 
 #include <algorithm>
@@ -81,12 +82,7 @@ EmissionCone cone_around(std::span<const Vec3d> normals, bool is_two_sided) {
 Box3d carried(const Box3d& box, const scene::AffineMotion& motion) {
     // Points go straight on between keys
     Box3d out;
-    for (const Mat4d& key : motion.keys())
-        for (int i = 0; i < 8; ++i)
-            out.extendBy(
-                transform_point(Vec3d(i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
-                                      i & 4 ? box.max.z : box.min.z),
-                                key));
+    for (const Mat4d& key : motion.keys()) out.extendBy(transformed(box, key));
     return out;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "media/volume_set.h"
 
+#include "base/box.h"
 #include "media/tentative_collisions.h"
 #include "scene/effect_calls.h"
 
@@ -90,13 +91,11 @@ VolumeSet::VolumeSet(const scene::Scene& scene, const MediumOptions& options) {
         bounds_.extendBy(box);
         if (motions_.empty()) continue;
         // Corners go straight on between keys
-        for (const Mat4d& key : motions_[i].keys())
-            for (int c = 0; c < 8; ++c)
-                bounds_.extendBy(
-                    to_float(transform_point(Vec3d(double(c & 1 ? box.max.x : box.min.x),
-                                                   double(c & 2 ? box.max.y : box.min.y),
-                                                   double(c & 4 ? box.max.z : box.min.z)),
-                                             key)));
+        for (const Mat4d& key : motions_[i].keys()) {
+            const Box3d at_key = transformed(Box3d(Vec3d(box.min), Vec3d(box.max)), key);
+            if (!at_key.isEmpty())
+                bounds_.extendBy(Box3(to_float(at_key.min), to_float(at_key.max)));
+        }
     }
 }
 
