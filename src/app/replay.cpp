@@ -57,10 +57,6 @@ class PathPrinter : public integrator::PathObserver {
     const scene::Scene& scene_;
 };
 
-}  // namespace
-
-namespace {
-
 /// False, with a message: outside of the image.
 bool is_in_image(const scene::Scene& scene, const ReplayedSamples& what) {
     if (what.x < uint64_t(scene.settings.width) && what.y < uint64_t(scene.settings.height))
