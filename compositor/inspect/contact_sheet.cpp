@@ -137,6 +137,10 @@ Cell make_cell(const image::Image& image,
         stops += fitting_stops(layer);
         cell.note += (cell.note.empty() ? "" : "  ") + stops_text(stops);
     }
+    if (const auto range = shown_range(layer))
+        cell.note = range->low < range->high
+                        ? fmt::format("{:.4g} to {:.4g}", range->low, range->high)
+                        : fmt::format("{:.4g}", range->low);
     cell.rgb = thumbnail(image, layer, grid.cell_width, grid.cell_height, stops, transform);
     return cell;
 }

@@ -9,7 +9,6 @@
 #include <bit>
 #include <cctype>
 #include <cmath>
-#include <limits>
 #include <set>
 #include <string_view>
 #include <unordered_map>
@@ -113,11 +112,7 @@ Color color_of_id(float id) {
     return {channel(0), channel(8), channel(16)};
 }
 
-/// The range of the values that are finite and not 0.
-struct Range {
-    float low = std::numeric_limits<float>::infinity(),
-          high = -std::numeric_limits<float>::infinity();
-
+struct Range : ValueRange {
     void add(float v) {
         if (!std::isfinite(v) || v == 0.0f) return;
         low = std::min(low, v);
@@ -212,6 +207,12 @@ float fitting_stops(const LayerChannels& layer) {
     const auto at = values.begin() + std::ptrdiff_t(values.size() * 19 / 20);
     std::nth_element(values.begin(), at, values.end());
     return float(std::log2(0.8 / *at));
+}
+
+std::optional<ValueRange> shown_range(const LayerChannels& layer) {
+    if (layer.kind() != Kind::Scalar) return std::nullopt;
+    const ValueRange range = ranges_of(layer)[0];
+    return range.low <= range.high ? std::optional(range) : std::nullopt;
 }
 
 std::vector<float> thumbnail(const image::Image& image,

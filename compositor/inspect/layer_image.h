@@ -5,6 +5,8 @@
 #include "image/image.h"
 
 #include <cstdint>
+#include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,6 +41,16 @@ double mean_luminance(const LayerChannels& layer);
 
 /// The stops that bring the 95th percentile of the luminance to 0.8; 0 for what is black.
 float fitting_stops(const LayerChannels& layer);
+
+/// The values of a layer that are finite and not 0.
+struct ValueRange {
+    float low = std::numeric_limits<float>::infinity(),
+          high = -std::numeric_limits<float>::infinity();
+};
+
+/// What thumbnail() shows from black to white, of Kind::Scalar alone: null for other layers, and
+/// where all is 0.
+std::optional<ValueRange> shown_range(const LayerChannels& layer);
 
 /// A layer as people can see it, over the display window: means over the pixels, then the display
 /// transform or false colors. Returns: [height][width][3] in [0, 1].

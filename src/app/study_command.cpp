@@ -181,6 +181,7 @@ class FrameStudy {
                 {"usage", fmt::format("--knobs: no setting in \"{}\" has an effect in this scene",
                                       fmt::join(arguments_.knobs, ","))},
                 UsageError);
+        warn_of_names_without_knobs();
         settings_ = study::settings_for(knobs_, facts_);
         describe();
 
@@ -228,6 +229,19 @@ class FrameStudy {
 
     std::string path(const char* name) const {
         return (std::filesystem::path(arguments_.folder) / name).string();
+    }
+
+    void warn_of_names_without_knobs() const {
+        for (const std::string& name : arguments_.knobs) {
+            const bool is_studied =
+                std::any_of(knobs_.begin(), knobs_.end(),
+                            [&](const study::Knob& knob) { return study::is_name_of(name, knob); });
+            if (is_studied) continue;
+            fmt::print(stderr,
+                       "warning: --knobs: \"{}\" is skipped: it has no effect in this scene, or "
+                       "`study` does not vary it [no-knob]\n",
+                       name);
+        }
     }
 
     void describe() {

@@ -76,8 +76,9 @@ const std::vector<Knob>& all_knobs() {
 }
 
 bool is_chosen(const Knob& knob, const std::set<std::string>& only) {
-    return only.empty() || only.contains(knob.name) || only.contains(knob.option) ||
-           only.contains(knob.option.substr(2));
+    return only.empty() || std::any_of(only.begin(), only.end(), [&](const std::string& name) {
+               return is_name_of(name, knob);
+           });
 }
 
 std::string value_now(const Knob& knob, const Facts& facts) {
@@ -94,6 +95,10 @@ Knob effect_knob(const std::string& effect, const std::string& omitted) {
 }
 
 }  // namespace
+
+bool is_name_of(const std::string& name, const Knob& knob) {
+    return name == knob.name || name == knob.option || name == knob.option.substr(2);
+}
 
 std::vector<Knob> knobs_for(const Facts& facts, const std::set<std::string>& only) {
     std::vector<Knob> chosen;

@@ -43,6 +43,9 @@ struct Facts {
 /// Name of the knob that every other is measured by; its values are samples per pixel.
 inline constexpr const char* samples_knob = "samples";
 
+/// Whether `--knobs` means this knob by that word: its name, or its option with or without dashes.
+bool is_name_of(const std::string& name, const Knob& knob);
+
 /// The knobs that do something in this scene, without the samples. only: names or options to
 /// choose; empty = all.
 std::vector<Knob> knobs_for(const Facts& facts, const std::set<std::string>& only);

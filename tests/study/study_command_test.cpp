@@ -140,10 +140,12 @@ TEST_F(StudyCommand, LearnsWhatRendersLearn) {
 
 /// Values that contradict other options are named with the reason; the study goes on.
 TEST_F(StudyCommand, SaysWhatContradicts) {
-    ASSERT_EQ(study("-o out --light-sampling bsdf --light-selection power --knobs "
-                    "integrator,light-sampling,sampler")
-                  .exit_code,
-              0);
+    const CommandResult r = study(
+        "-o out --light-sampling bsdf --light-selection power --knobs "
+        "integrator,light-sampling,sampler,clamp-indirect");
+    ASSERT_EQ(r.exit_code, 0);
+    EXPECT_NE(r.output.find("\"clamp-indirect\" is skipped"), std::string::npos) << r.output;
+    EXPECT_EQ(r.output.find("\"sampler\" is skipped"), std::string::npos) << r.output;
     const nlohmann::json j = report("out");
     EXPECT_EQ(setting(j, "--integrator whitted")["refused"],
               "--integrator whitted implies --light-sampling light, found bsdf");

@@ -105,6 +105,18 @@ TEST(ContactSheet, ShowsEveryLayerWhereItBelongs) {
     EXPECT_TRUE(has_text);
 }
 
+/// What the caption states of a heat map.
+TEST(ContactSheet, HeatMapsStateTheirRange) {
+    const image::Image image = foreign();
+    for (const LayerChannels& layer : layers_of(image)) {
+        const auto range = shown_range(layer);
+        ASSERT_EQ(range.has_value(), layer.name == "sampleCount") << layer.name;
+        if (!range) continue;
+        EXPECT_EQ(range->low, 1.0f);
+        EXPECT_EQ(range->high, 9.0f);
+    }
+}
+
 TEST(ContactSheet, ShowsMattesByTheirIds) {
     image::Image image = foreign();
     image.parts[0].channels.clear();
