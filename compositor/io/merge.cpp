@@ -5,6 +5,7 @@
 #include "layers/layer_header.h"
 #include "layers/stated_stats.h"
 #include "layers/sums_part.h"
+#include "layers/sums_reader.h"
 
 #include <fmt/format.h>
 
@@ -21,15 +22,6 @@ namespace {
 
 Error refused(const std::string& why) {
     return {"merge-refused", why};
-}
-
-/// The sums of a part as stored, if it still is the file whose header was read. Errors: of reading,
-/// "merge-refused".
-Result<image::Image> read_part_sums(const PartHeader& part) {
-    Result<image::Image> file = layers::read_sums_image(part.path);
-    if (file && file->text(layers::samples_attribute) != part.samples_text)
-        return refused(fmt::format("{} changed while it was read", part.path));
-    return file;
 }
 
 /// The pixels where the samples of a part do not follow those before it.
@@ -79,39 +71,96 @@ const PartHeader& part_before(const std::vector<PartHeader>& parts, size_t part,
     return parts[before];
 }
 
-/// Adds one part after the other, of which one at a time is in memory beside the sums. Errors: also
-/// among the faults.
-Result<accumulate::SampleSums> joined_sums(const std::vector<PartHeader>& parts,
-                                           std::vector<MergeFault>& faults) {
-    std::optional<accumulate::SampleSums> sums;
-    const auto fail = [&faults](const PartHeader& part, const Error& error) {
-        faults.push_back({"damaged", error.message, {part.path}, std::nullopt, error.code});
-        return error;
-    };
-    for (size_t i = 0; i < parts.size(); ++i) {
-        const PartHeader& part = parts[i];
-        const Result<image::Image> file = read_part_sums(part);
-        if (!file) return fail(part, file.error());
-        const auto damaged = [&](const Error& why) {
-            return fail(part, refused(fmt::format("{}: {}", part.path, why.message)));
-        };
-        if (!sums) {
-            Result<accumulate::SampleSums> empty = layers::empty_sums(*file, window_of(parts));
-            if (!empty) return damaged(empty.error());
-            sums = std::move(*empty);
-        } else {
-            const auto records = layers::stored_records(*file);
-            if (!records) return damaged(records.error());
-            if (const Seam seam = seam_of(*sums, *records, file->data); seam.pixels > 0) {
-                faults.push_back(seam_fault(seam, part_before(parts, i, seam), part));
-                return refused(faults.back().text);
+/// Joins the sums of parts strip by strip: what the samples of one part lack for a node of more
+/// samples is only kept for the rows of a strip.
+class PartJoiner {
+  public:
+    PartJoiner(const std::vector<PartHeader>& parts, std::vector<MergeFault>& faults)
+        : parts_(parts), faults_(faults), end_(parts.size()) {}
+
+    /// `final_end`: as accumulate::SampleSums has it. Errors: also among the faults.
+    Result<accumulate::SampleSums> join(uint64_t final_end, size_t strip_bytes) {
+        if (const auto ok = open(); !ok) return ok.error();
+        const image::Window window = window_of(parts_);
+        Result<accumulate::SampleSums> sums =
+            layers::empty_sums(readers_[0].header(), window, final_end);
+        if (!sums) return fail(0, damaged(0, sums.error()));
+        size_t row_bytes = 1;
+        for (const layers::SumsReader& r : readers_) row_bytes = std::max(row_bytes, r.row_bytes());
+        const int rows = layers::strip_rows(row_bytes, strip_bytes);
+        for (int y = window.y0; y < window.y1; y += rows) {
+            for (size_t i = 0; i < end_; ++i) {
+                if (const auto ok = add_strip(i, std::min(y + rows, window.y1), *sums); !ok)
+                    return ok.error();
             }
         }
-        if (const Result<void> added = layers::append_sums(*file, *sums); !added)
-            return damaged(added.error());
+        if (const auto ok = check(); !ok) return ok.error();
+        return sums;
     }
-    return std::move(*sums);
-}
+
+  private:
+    Result<void> open() {
+        for (size_t i = 0; i < parts_.size(); ++i) {
+            auto reader = layers::SumsReader::open(parts_[i].path);
+            if (!reader) return fail(i, reader.error());
+            if (reader->header().text(layers::samples_attribute) != parts_[i].samples_text)
+                return fail(i,
+                            refused(fmt::format("{} changed while it was read", parts_[i].path)));
+            readers_.push_back(std::move(*reader));
+        }
+        return {};
+    }
+
+    /// Rows of a part up to y1. Where they do not follow the samples before them, the parts from
+    /// this one on are left out from here on, and seams are counted.
+    Result<void> add_strip(size_t i, int y1, accumulate::SampleSums& sums) {
+        if (readers_[i].next_row() >= std::min(y1, parts_[i].part.window.y1)) return {};
+        const Result<image::Image> strip = readers_[i].read_to(y1);
+        if (!strip) return fail(i, strip.error());
+        const auto records = layers::stored_records(*strip);
+        if (!records) return fail(i, damaged(i, records.error()));
+        if (const Seam seam = seam_of(sums, *records, strip->data); seam.pixels > 0) {
+            if (i + 1 < end_) seam_ = {};
+            end_ = i + 1;
+            const size_t pixels = seam_.pixels + seam.pixels;
+            if (seam_.pixels == 0) seam_ = seam;
+            seam_.pixels = pixels;
+        }
+        if (seam_.pixels > 0 && i + 1 == end_) return {};
+        if (const auto added = layers::append_sums(*strip, sums); !added)
+            return fail(i, damaged(i, added.error()));
+        return {};
+    }
+
+    /// Once all rows are there: damage first, which may look like a seam.
+    Result<void> check() {
+        for (size_t i = 0; i < end_; ++i) {
+            const Result<bool> is_intact = readers_[i].is_intact();
+            if (!is_intact) return fail(i, is_intact.error());
+            if (!*is_intact)
+                return fail(i, damaged(i, {"sums-damaged", "the stored sums are damaged"}));
+        }
+        if (seam_.pixels == 0) return {};
+        faults_.push_back(
+            seam_fault(seam_, part_before(parts_, end_ - 1, seam_), parts_[end_ - 1]));
+        return refused(faults_.back().text);
+    }
+
+    Error damaged(size_t i, const Error& why) const {
+        return refused(fmt::format("{}: {}", parts_[i].path, why.message));
+    }
+
+    Error fail(size_t i, const Error& error) {
+        faults_.push_back({"damaged", error.message, {parts_[i].path}, std::nullopt, error.code});
+        return error;
+    }
+
+    const std::vector<PartHeader>& parts_;
+    std::vector<MergeFault>& faults_;
+    std::vector<layers::SumsReader> readers_;
+    size_t end_;  ///< of the parts that are joined; the last one has the seam
+    Seam seam_;
+};
 
 Error error_of(const std::vector<MergeFault>& faults) {
     std::string text, code = faults[0].code;
@@ -159,7 +208,9 @@ Result<layers::WriteReport> merge_files(const std::vector<std::string>& inputs,
     report.is_complete = std::all_of(parts.begin(), parts.end(),
                                      [](const PartHeader& p) { return p.part.is_complete; });
 
-    const Result<accumulate::SampleSums> sums = joined_sums(parts, report.faults);
+    // Nodes that no sample will join any more need not be kept apart
+    const uint64_t final_end = options.keep_sums ? 0 : report.samples->second;
+    const auto sums = PartJoiner(parts, report.faults).join(final_end, options.strip_bytes);
     if (!sums) return sums.error();
     layers::FileInfo info = merged_info(parts, options.keep_sums);
     info.stats_json = layers::stats_of_whole(info.stats_json, *sums);

@@ -4,6 +4,7 @@
 #include "base/result.h"
 #include "image/window.h"
 #include "layers/layer_file.h"
+#include "layers/sums_reader.h"
 
 #include <cstdint>
 #include <optional>
@@ -20,7 +21,8 @@ using SampleRange = std::pair<uint64_t, uint64_t>;
 struct MergeOptions {
     bool keep_sums = false;           ///< leave the exact sums in, for --resume and further merges
     bool accepts_incomplete = false;  ///< also files that were stopped before they had all samples
-    std::optional<SampleRange> expected;  ///< what the parts must cover together
+    std::optional<SampleRange> expected;               ///< what the parts must cover together
+    size_t strip_bytes = layers::default_strip_bytes;  ///< of the sums of a part, at a time
 };
 
 /// A file to merge, as its header describes it.
@@ -51,8 +53,8 @@ struct MergeReport {
 
 /// Joins files that hold adjacent sample ranges, crops, or both of one render into the file that
 /// one render of all the samples of the smallest window around them writes, bit for bit in every
-/// pixel. Every pixel of that window must have all samples. One part at a time is in memory beside
-/// the sums of the result, which hold a node per bit of the number of samples. Errors:
+/// pixel. Every pixel of that window must have all samples. Beside the sums of the result a strip
+/// of the parts is in memory: what it takes does not depend on the number of parts. Errors:
 /// "merge-refused" (exit 5: incomplete, no sums, other scene, settings, build, files, seed, layers
 /// or resolution, overlap, gap, not what is expected); its message has a line for each of
 /// report.faults. Those of reading and of layers::write_layer_file.

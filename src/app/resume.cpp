@@ -9,6 +9,7 @@
 #include "integrator/sample_placement.h"
 #include "layers/layer_header.h"
 #include "layers/sums_part.h"
+#include "layers/sums_reader.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -103,9 +104,9 @@ std::string difference(const EarlierState& earlier,
 Result<std::optional<EarlierPart>> read_earlier_part(const std::string& path) {
     std::error_code ignored;
     if (!std::filesystem::exists(path, ignored)) return std::optional<EarlierPart>();
-    const Result<image::Image> file = layers::read_sums_image(path);
+    Result<layers::SumsReader> file = layers::SumsReader::open(path);
     if (!file) return refused(file.error().message);
-    const Result<layers::LayerHeader> header = layers::read_layer_header(*file);
+    const Result<layers::LayerHeader> header = layers::read_layer_header(file->header());
     if (!header) return refused(header.error().message);
     Result<accumulate::SampleSums> sums = layers::read_sums(*file);
     if (!sums && sums.error().code == "no-sums")
@@ -113,7 +114,7 @@ Result<std::optional<EarlierPart>> read_earlier_part(const std::string& path) {
             "it is not resumable; render with --resumable, --checkpoint, --snapshot or --resume "
             "from the start");
     if (!sums) return refused(sums.error().message);
-    const auto state = read_state(*file, *header);
+    const auto state = read_state(file->header(), *header);
     if (!state) return state.error();
     return std::optional(EarlierPart{std::move(*sums), header->samples.bad, *state});
 }

@@ -2,6 +2,7 @@
 #include "image/digest.h"
 
 #include "base/check.h"
+#include "base/tasks.h"
 
 #include <openssl/evp.h>
 
@@ -76,6 +77,33 @@ std::string digest_of(const Window& data, std::vector<const Channel*> channels) 
     Sha256 sha;
     add_window(sha, data);
     add_channels(sha, std::move(channels));
+    return sha.finish();
+}
+
+void StripDigest::add(std::span<const Channel* const> rows) {
+    for (size_t i = columns_.size(); i < rows.size(); ++i) {
+        columns_.push_back(std::make_unique<Column>());
+        columns_[i]->name = rows[i]->name;
+        columns_[i]->type = rows[i]->type();
+    }
+    VELATURA_CHECK(columns_.size() == rows.size(), "a strip has other channels than the first");
+    parallel_for(rows.size(), [&](size_t i) {
+        VELATURA_CHECK(columns_[i]->name == rows[i]->name && columns_[i]->type == rows[i]->type(),
+                       "a strip has other channels than the first");
+        columns_[i]->rows.add(rows[i]->bytes(), rows[i]->byte_count());
+    });
+}
+
+std::string StripDigest::finish() {
+    std::stable_sort(columns_.begin(), columns_.end(),
+                     [](const auto& a, const auto& b) { return a->name < b->name; });
+    Sha256 sha;
+    add_window(sha, data_);
+    for (const auto& column : columns_) {
+        sha.add(column->name);
+        sha.add(uint64_t(column->type));
+        sha.add(column->rows.finish());
+    }
     return sha.finish();
 }
 

@@ -41,6 +41,28 @@ bool is_bookkeeping(std::string_view channel_name);
 /// the top.
 std::string digest_of(const Window& data, std::vector<const Channel*> channels);
 
+/// Digest of channels that come in strips of rows: the window, then by channel name: name, type,
+/// SHA-256 of the rows from the top.
+class StripDigest {
+  public:
+    explicit StripDigest(const Window& data) : data_(data) {}
+
+    /// The next rows of every channel; the same channels in the same order in every call.
+    void add(std::span<const Channel* const> rows);
+    /// 64 hexadecimal digits. Call once.
+    std::string finish();
+
+  private:
+    struct Column {
+        std::string name;
+        ChannelType type = ChannelType::Half;
+        Sha256 rows;
+    };
+
+    Window data_;
+    std::vector<std::unique_ptr<Column>> columns_;
+};
+
 /// Digest of the image: all its channels but the bookkeeping ones as above. Equal digests mean
 /// the same image, in whatever layout; attributes and compression do not count.
 std::string digest_of(const Image& image);

@@ -114,7 +114,10 @@ void Checker::check_digests() {
         problem(fmt::format("layer {} was changed after it was written (SHA-256 differs)",
                             header_.layers[i].name));
     }
-    if (!are_sums_intact(image_)) problem("the stored sums were changed after they were written");
+    if (!are_sums_intact(image_))
+        problem(
+            "the stored sums were changed after they were written, or are of another version of "
+            "Velatura");
 }
 
 void Checker::check_closure(FamilyClosure& family) {

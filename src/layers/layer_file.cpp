@@ -14,6 +14,7 @@
 #include "layers/resolve.h"
 #include "layers/strip_reader.h"
 #include "layers/sums_part.h"
+#include "layers/sums_reader.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -28,8 +29,6 @@ namespace velatura::layers {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* sums_layer = "sums";  // what the split layout calls all bookkeeping
 
 bool has_samples(const accumulate::SampleSums& sums) {
     const image::Window& w = sums.window();
@@ -305,34 +304,9 @@ Result<WriteReport> write_layer_file(const std::string& path,
 }
 
 Result<image::Image> read_sums_image(const std::string& path) {
-    const auto reader = image::ExrReader::open(path);
+    auto reader = SumsReader::open(path);
     if (!reader) return reader.error();
-    image::Image image = reader->header();
-    image.parts.clear();
-    for (int i = 0; i < reader->part_count(); ++i) {
-        const auto& channels = reader->header().parts[size_t(i)].channels;
-        if (std::none_of(channels.begin(), channels.end(),
-                         [](const image::Channel& c) { return image::is_bookkeeping(c.name); }))
-            continue;
-        if (reader->data_window(i) != image.data)
-            return Error{"io-read",
-                         fmt::format("cannot read {}: the data window of its sums differs", path)};
-        auto part = reader->read_part(i);
-        if (!part) return part.error();
-        image.parts.push_back(std::move(*part));
-    }
-    const auto layers = split_layers(path, image);
-    if (!layers) return layers.error();
-    for (const SplitLayer& split : *layers) {
-        if (split.layer != sums_layer) continue;
-        auto sums = image::read_exr(split.path);
-        if (!sums) return sums;
-        if (sums->data != image.data)
-            return Error{"io-read",
-                         fmt::format("cannot read {}: its data window differs", split.path)};
-        for (image::Part& part : sums->parts) image.parts.push_back(std::move(part));
-    }
-    return image;
+    return reader->read_to(reader->header().data.y1);
 }
 
 Result<std::vector<SplitLayer>> split_layers(const std::string& path, const image::Image& header) {

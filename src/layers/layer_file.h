@@ -88,6 +88,9 @@ Result<void> write_image_file(const std::string& path,
                               const image::Image& image,
                               image::Compression compression = image::Compression::Zip);
 
+/// What the split layout calls all bookkeeping.
+constexpr const char* sums_layer = "sums";
+
 /// The files beside that of a split layout.
 struct SplitLayer {
     std::string layer, path;
@@ -111,8 +114,8 @@ class SplitChannels {
     std::set<std::string> names_;
 };
 
-/// Reads the header and the exact sums alone, as image::read_sums needs them. Errors: "io-open",
-/// "io-read".
+/// Reads the header and the exact sums alone, as read_sums() needs them; sums_reader.h does it in
+/// strips. Errors: "io-open", "io-read".
 Result<image::Image> read_sums_image(const std::string& path);
 
 /// Reads a file of light layers whole, with the files beside it for the split layout; parts over

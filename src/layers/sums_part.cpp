@@ -33,6 +33,7 @@ constexpr std::array<const char*, 6> record_names = {
 constexpr const char* rate_name = "sums_rate";
 constexpr std::array<const char*, 3> earlier_names = {"sums_earlierR", "sums_earlierG",
                                                       "sums_earlierB"};
+constexpr const char* sums_schema = "velatura.sums/2";
 constexpr size_t node_limit = 64;  // of a range of 32-bit numbers
 
 std::string channel_name(size_t node, uint32_t accumulator, size_t word) {
@@ -218,13 +219,9 @@ class PixelReader {
 };
 
 std::string bookkeeping_digest(const image::Image& image) {
-    std::vector<const image::Channel*> channels;
-    for (const image::Part& part : image.parts) {
-        for (const image::Channel& c : part.channels) {
-            if (image::is_bookkeeping(c.name)) channels.push_back(&c);
-        }
-    }
-    return channels.empty() ? std::string() : image::digest_of(image.data, channels);
+    SumsDigest digest(image.data);
+    digest.add(image);
+    return digest.finish();
 }
 
 }  // namespace
@@ -308,17 +305,38 @@ Result<image::Part> sums_part(const accumulate::SampleSums& sums) {
 
 std::string sums_json(const accumulate::LayerSet& set, const image::Image& image) {
     nlohmann::ordered_json j;
-    j["schema"] = "velatura.sums/1";
+    j["schema"] = sums_schema;
     j["layerSet"] = nlohmann::ordered_json::parse(set.to_json());
     j["sha256"] = bookkeeping_digest(image);
     return j.dump();
 }
 
-bool are_sums_intact(const image::Image& image) {
-    const std::string digest = bookkeeping_digest(image);
-    const auto j = nlohmann::json::parse(image.text(sums_attribute), nullptr, false);
-    if (digest.empty()) return image.text(sums_attribute).empty();
+void SumsDigest::add(const image::Image& rows) {
+    std::vector<const image::Channel*> channels;
+    for (const image::Part& part : rows.parts) {
+        for (const image::Channel& c : part.channels) {
+            if (image::is_bookkeeping(c.name)) channels.push_back(&c);
+        }
+    }
+    is_empty_ = is_empty_ && channels.empty();
+    digest_.add(channels);
+}
+
+std::string SumsDigest::finish() {
+    return is_empty_ ? std::string() : digest_.finish();
+}
+
+bool SumsDigest::is_that_of(const std::string& sums_json) {
+    const std::string digest = finish();
+    if (digest.empty()) return sums_json.empty();
+    const auto j = nlohmann::json::parse(sums_json, nullptr, false);
     return j.is_object() && j.contains("sha256") && j["sha256"] == digest;
+}
+
+bool are_sums_intact(const image::Image& image) {
+    SumsDigest digest(image.data);
+    digest.add(image);
+    return digest.is_that_of(image.text(sums_attribute));
 }
 
 Result<std::vector<accumulate::PixelRecord>> stored_records(const image::Image& image) {
@@ -348,31 +366,39 @@ Result<std::vector<uint64_t>> stored_counts(const image::Image& image) {
     return counts;
 }
 
-Result<accumulate::SampleSums> empty_sums(const image::Image& image, const image::Window& window) {
+Result<accumulate::SampleSums> empty_sums(const image::Image& image,
+                                          const image::Window& window,
+                                          uint64_t final_end) {
     const std::string text = image.text(sums_attribute);
     if (text.empty()) return Error{"no-sums", "the file is not resumable: it has no sums"};
     const auto j = nlohmann::json::parse(text, nullptr, false);
     if (!j.is_object() || !j.contains("layerSet")) return damaged();
+    if (!j.contains("schema") || j["schema"] != sums_schema)
+        return Error{"sums-version", "its sums are of another version of Velatura"};
     const auto set = accumulate::LayerSet::from_json(j["layerSet"].dump());
     if (!set) return set.error();
-    return accumulate::SampleSums(window, *set);
+    return accumulate::SampleSums(window, *set, final_end);
 }
 
 Result<void> append_sums(const image::Image& image, accumulate::SampleSums& sums) {
-    if (!image::contains(sums.window(), image.data) || !are_sums_intact(image)) return damaged();
+    if (!image::contains(sums.window(), image.data)) return damaged();
     const auto stored = stored_sums(image, sums.table().total_count());
     if (!stored) return stored.error();
     const image::Window& w = image.data;
-    // Strips of the tiles of the sums: no two threads use the same
-    constexpr int rows = accumulate::SampleSums::tile_size;
-    const int top = sums.window().y0;
-    const int first_strip = (w.y0 - top) / rows, end_strip = (w.y1 - top + rows - 1) / rows;
+    // Blocks of the tiles of the sums: no two threads use the same
+    constexpr int rows = accumulate::SampleSums::tile_size, columns = 8 * rows;
+    const int left = sums.window().x0, top = sums.window().y0;
+    const int first_row = (w.y0 - top) / rows, end_row = (w.y1 - top + rows - 1) / rows;
+    const int first_column = (w.x0 - left) / columns,
+              end_column = (w.x1 - left + columns - 1) / columns;
+    const size_t across = size_t(end_column - first_column);
     std::atomic<bool> is_damaged = false;
-    parallel_for(size_t(end_strip - first_strip), [&](size_t strip) {
+    parallel_for(size_t(end_row - first_row) * across, [&](size_t block) {
         PixelReader reader(*stored);
-        const int y0 = top + (first_strip + int(strip)) * rows;
+        const int y0 = top + (first_row + int(block / across)) * rows;
+        const int x0 = left + (first_column + int(block % across)) * columns;
         for (int y = std::max(y0, w.y0); y < std::min(y0 + rows, w.y1); ++y) {
-            for (int x = w.x0; x < w.x1; ++x) {
+            for (int x = std::max(x0, w.x0); x < std::min(x0 + columns, w.x1); ++x) {
                 if (is_damaged) return;
                 if (!reader.append(w.index(x, y), x, y, sums)) is_damaged = true;
             }
@@ -388,6 +414,7 @@ Result<void> append_sums(const image::Image& image, accumulate::SampleSums& sums
 Result<accumulate::SampleSums> read_sums(const image::Image& image) {
     Result<accumulate::SampleSums> sums = empty_sums(image, image.data);
     if (!sums) return sums;
+    if (!are_sums_intact(image)) return damaged();
     if (const Result<void> ok = append_sums(image, *sums); !ok) return ok.error();
     return sums;
 }

@@ -3,6 +3,7 @@
 
 #include "accumulate/sample_sums.h"
 #include "base/result.h"
+#include "image/digest.h"
 #include "image/image.h"
 
 #include <cstdint>
@@ -19,19 +20,39 @@ namespace velatura::layers {
 /// or more).
 Result<image::Part> sums_part(const accumulate::SampleSums& sums);
 
+/// The digest of the bookkeeping channels of a file that comes in strips of rows.
+class SumsDigest {
+  public:
+    explicit SumsDigest(const image::Window& data) : digest_(data) {}
+
+    /// The next rows.
+    void add(const image::Image& rows);
+    /// Call once. Empty: no such channels.
+    std::string finish();
+    /// Whether it is what the header string states. Call once.
+    bool is_that_of(const std::string& sums_json);
+
+  private:
+    image::StripDigest digest_;
+    bool is_empty_ = true;
+};
+
 /// The header string `velatura/sums`: the layer set and the digest of the bookkeeping channels.
 std::string sums_json(const accumulate::LayerSet& set, const image::Image& image);
 
-/// Errors: "no-sums" (written without sums), "sums-damaged".
+/// Errors: "no-sums" (written without sums), "sums-version" (written by another version),
+/// "sums-damaged".
 Result<accumulate::SampleSums> read_sums(const image::Image& image);
 
 /// Sums without samples over a window, for append_sums() of this file and of those that go with it.
-/// Errors: "no-sums", "sums-damaged".
-Result<accumulate::SampleSums> empty_sums(const image::Image& image, const image::Window& window);
+/// `final_end`: as SampleSums has it. Errors: "no-sums", "sums-version", "sums-damaged".
+Result<accumulate::SampleSums> empty_sums(const image::Image& image,
+                                          const image::Window& window,
+                                          uint64_t final_end = 0);
 
-/// Adds the stored samples to sums of the same layer set, whose window holds that of the image; in
-/// every pixel they must follow those that are there. Errors: "sums-damaged"; the sums are of no
-/// use then.
+/// Adds the stored samples, of the whole file or of some of its rows, to sums of the same layer
+/// set, whose window holds that of the image; in every pixel they must follow those that are there.
+/// Does not ask for the digest. Errors: "sums-damaged"; the sums are of no use then.
 Result<void> append_sums(const image::Image& image, accumulate::SampleSums& sums);
 
 /// The records of every pixel, [pixel of the data window]. Errors: "sums-damaged".

@@ -50,7 +50,7 @@ def sums():
     """Two pixels with their sums, as image_input.h reads it; the digest is the fuzzer's."""
     set = {"lastBounce": 1, "bounces": True, "groups": True, "matrix": False, "shadow": False, "data": True, "halves": False, "float": False,
            "mattes": ["object"], "matteLevels": 2, "lights": [{"name": "key", "prims": ["/key"], "dome": False}]}
-    text = json.dumps({"schema": "velatura.sums/1", "layerSet": set, "sha256": ""})
+    text = json.dumps({"schema": "velatura.sums/2", "layerSet": set, "sha256": ""})
     data = b"\1\0Avelatura/sums\0" + text.encode() + b"\0"
     words = {"sums_first": (0, 2), "sums_end": (3, 4), "sums_invalid": (0, 1), "sums_primId": (7, 0), "sums_instanceId": (0, 0), "sums_hasIds": (1, 0),
              "sums0_0.x1": (0x3FF00000, 0x40000000), "sums1_0.y1": (0x3FF00000, 0), "sums0_1.z1": (0x3FF00000, 0x3FF00000)}

@@ -152,6 +152,41 @@ TEST(SumsPart, AppendsThoseOfLaterSamples) {
     }
 }
 
+/// A digest over strips is that of the whole, of whatever height they are.
+TEST(SumsPart, DigestsDoNotDependOnStrips) {
+    const Image whole = image_of(some_sums());
+    const std::string stated = whole.text(layers::sums_attribute);
+    for (const int rows : {1, 5, 16, 19}) {
+        for (const int changed : {-1, 0, 18}) {
+            layers::SumsDigest digest(whole.data);
+            for (int y = 0; y < window.height(); y += rows) {
+                Image strip = whole;
+                strip.data.y0 = window.y0 + y;
+                strip.data.y1 = std::min(strip.data.y0 + rows, window.y1);
+                for (Channel& c : strip.parts[0].channels) {
+                    auto& words = std::get<std::vector<uint32_t>>(c.data);
+                    const auto begin = words.begin() + y * window.width();
+                    words =
+                        std::vector<uint32_t>(begin, begin + strip.data.height() * window.width());
+                    if (c.name == "sums_primId" && changed >= y && changed < y + rows)
+                        ++words[size_t((changed - y) * window.width())];
+                }
+                digest.add(strip);
+            }
+            EXPECT_EQ(digest.is_that_of(stated), changed < 0) << rows << " " << changed;
+        }
+    }
+}
+
+TEST(SumsPart, SumsOfAnotherVersionAreRefusedByName) {
+    Image image = image_of(some_sums());
+    std::string text = image.text(layers::sums_attribute);
+    const size_t at = text.find("velatura.sums/2");
+    ASSERT_NE(at, std::string::npos);
+    image.attributes[layers::sums_attribute] = text.replace(at, 15, "velatura.sums/1");
+    EXPECT_EQ(layers::read_sums(image).error().code, "sums-version");
+}
+
 TEST(SumsPart, HasTheChannelsOfItsContract) {
     Image image = image_of(some_sums());
     for (const char* name :

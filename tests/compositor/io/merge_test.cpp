@@ -7,6 +7,9 @@
 #include "image/digest.h"
 #include "image/exr.h"
 #include "layers/layer_file.h"
+#include "layers/layer_header.h"
+#include "layers/sums_part.h"
+#include "layers/sums_reader.h"
 
 #include <gtest/gtest.h>
 
@@ -252,6 +255,91 @@ TEST(Merge, RefusesWhatDoesNotFit) {
         EXPECT_EQ(merged.error().code, "merge-refused");
         EXPECT_NE(merged.error().message.find(c.says), std::string::npos) << merged.error().message;
         EXPECT_FALSE(std::filesystem::exists(out));
+    }
+}
+
+const image::Window tall{0, 0, 18, 70};
+
+/// A part of an image of five rows of tiles, its last one not whole.
+std::string tall_part(const std::string& name,
+                      const image::Window& pixels,
+                      uint64_t first,
+                      uint64_t end) {
+    return crop(name, pixels, first, end, [](auto&, auto& info) { info.display = tall; });
+}
+
+/// Adds one to the first sample of two pixels in different strips.
+void move_two_pixels(const std::string& path, bool has_digest_of_them) {
+    auto image = image::read_exr(path);
+    for (image::Part& p : image->parts)
+        for (image::Channel& c : p.channels)
+            if (c.name == "sums_first")
+                for (const int y : {20, 65})
+                    ++std::get<std::vector<uint32_t>>(c.data)[image->data.index(7, y)];
+    if (has_digest_of_them)
+        image->attributes[layers::sums_attribute] = layers::sums_json(full_set(), *image);
+    EXPECT_TRUE(layers::write_image_file(path, *image).has_value());
+}
+
+/// Strips of one row of tiles: crops that begin and end within a strip, and samples that need
+/// several nodes until the last part comes.
+TEST(Merge, StripsMakeNoDifference) {
+    const MergeOptions strips{.expected = {}, .strip_bytes = 1};
+    const std::string out = film::temporary_file("merge_strips.exr");
+    const std::string whole = crop("whole", tall, 0, 16, [](auto&, auto& info) {
+        info.display = tall;
+        info.store_sums = false;
+    });
+    const std::vector<std::string> inputs = {
+        tall_part("s0", {0, 0, 18, 37}, 0, 5), tall_part("s1", {0, 0, 18, 37}, 5, 15),
+        tall_part("s2", {0, 37, 18, 70}, 0, 7), tall_part("s3", {0, 37, 18, 70}, 7, 15),
+        tall_part("s4", tall, 15, 16)};
+    const auto merged = merge(inputs, out, strips);
+    ASSERT_TRUE(merged.has_value()) << merged.error().message;
+    const auto image = layers::read_layer_file(out), expected = layers::read_layer_file(whole);
+    EXPECT_EQ(merged->sha256, image::digest_of(*expected));
+    for (const char* name : {"velatura/samples", "velatura/layers", "velatura/closure"})
+        EXPECT_EQ(image->text(name), expected->text(name)) << name;
+    // Those that go on: the same sums
+    MergeOptions kept = strips;
+    kept.keep_sums = true;
+    const std::vector<std::string> four(inputs.begin(), inputs.end() - 1);
+    ASSERT_TRUE(merge(four, out, kept).has_value());
+    const std::string sums = layers::read_sums_image(out)->text(layers::sums_attribute);
+    kept.strip_bytes = layers::default_strip_bytes;
+    ASSERT_TRUE(merge(four, out, kept).has_value());
+    EXPECT_EQ(layers::read_sums_image(out)->text(layers::sums_attribute), sums);
+    EXPECT_EQ(merge({out, inputs[4]}, film::temporary_file("merge_on.exr"), strips)->sha256,
+              merged->sha256);
+}
+
+TEST(Merge, FaultsInAnyStripAreNamedWhole) {
+    const std::string out = film::temporary_file("merge_fault.exr");
+    const std::string first = tall_part("f0", tall, 0, 4), second = tall_part("f1", tall, 4, 8);
+    for (const size_t bytes : {size_t(1), layers::default_strip_bytes}) {
+        const std::string last = tall_part("f2", tall, 8, 12);
+        move_two_pixels(second, true);
+        MergeReport report;
+        EXPECT_FALSE(
+            merge_files({first, second, last}, out, {.expected = {}, .strip_bytes = bytes}, report)
+                .has_value());
+        ASSERT_EQ(report.faults.size(), 1u);
+        EXPECT_EQ(report.faults[0].kind, "gap");
+        EXPECT_NE(report.faults[0].text.find("in 2 of 1260 pixels"), std::string::npos)
+            << report.faults[0].text;
+        EXPECT_NE(report.faults[0].text.find("pixel 7,20 has samples 0:4 and 5:8"),
+                  std::string::npos)
+            << report.faults[0].text;
+        // Values that nobody wrote are damage, whatever they look like
+        tall_part("f1", tall, 4, 8);
+        move_two_pixels(second, false);
+        EXPECT_FALSE(
+            merge_files({first, second, last}, out, {.expected = {}, .strip_bytes = bytes}, report)
+                .has_value());
+        ASSERT_EQ(report.faults.size(), 1u);
+        EXPECT_EQ(report.faults[0].kind, "damaged");
+        EXPECT_EQ(report.faults[0].files, std::vector<std::string>{second});
+        tall_part("f1", tall, 4, 8);
     }
 }
 
