@@ -56,7 +56,8 @@ void add_view_command(Command& app, std::function<int()>& run) {
     command.add_option("--layers", o->sheet.patterns, "Layers to show, as patterns with * and ?");
     command.add_flag("--halves", o->sheet.halves,
                      "Show half images too, of the layers that --layers names");
-    command.add_flag("--fit", o->sheet.fit, "Automatic exposure per light layer, printed in its caption");
+    command.add_flag("--fit", o->sheet.fit,
+                     "Automatic exposure per light layer, printed in its caption");
     command
         .add_option("--exposure", o->sheet.exposure_stops, "Exposure of the light layers, in stops")
         .range(-largest_stops, largest_stops);
