@@ -31,13 +31,15 @@ struct Seam {
     accumulate::PixelRecord before, after;
 };
 
-Seam seam_of(const accumulate::SampleSums& before,
-             const std::vector<accumulate::PixelRecord>& after,
-             const image::Window& w) {
+/// Errors: "sums-damaged".
+Result<Seam> seam_before(const image::Image& strip, const accumulate::SampleSums& before) {
+    const auto after = layers::stored_records(strip);
+    if (!after) return after.error();
+    const image::Window& w = strip.data;
     Seam seam;
     for (int y = w.y0; y < w.y1; ++y) {
         for (int x = w.x0; x < w.x1; ++x) {
-            const accumulate::PixelRecord &a = before.record(x, y), &b = after[w.index(x, y)];
+            const accumulate::PixelRecord &a = before.record(x, y), &b = (*after)[w.index(x, y)];
             const bool is_first = a.first == 0 && a.end == 0;
             if (is_first || a.end == b.first || b.first == b.end) continue;
             if (seam.pixels++ == 0) seam = {1, x, y, a, b};
@@ -106,6 +108,11 @@ class PartJoiner {
             if (reader->header().text(layers::samples_attribute) != parts_[i].samples_text)
                 return fail(i,
                             refused(fmt::format("{} changed while it was read", parts_[i].path)));
+            if (reader->header().data != parts_[i].part.window)
+                return fail(i, refused(fmt::format("{}: its sums have other pixels than its layers",
+                                                   parts_[i].path)));
+            if (const auto ok = layers::check_sums_header(reader->header()); !ok)
+                return fail(i, damaged(i, ok.error()));
             readers_.push_back(std::move(*reader));
         }
         return {};
@@ -117,9 +124,9 @@ class PartJoiner {
         if (readers_[i].next_row() >= std::min(y1, parts_[i].part.window.y1)) return {};
         const Result<image::Image> strip = readers_[i].read_to(y1);
         if (!strip) return fail(i, strip.error());
-        const auto records = layers::stored_records(*strip);
-        if (!records) return fail(i, damaged(i, records.error()));
-        if (const Seam seam = seam_of(sums, *records, strip->data); seam.pixels > 0) {
+        const Result<Seam> found = seam_before(*strip, sums);
+        if (!found) return fail(i, damaged(i, found.error()));
+        if (const Seam& seam = *found; seam.pixels > 0) {
             if (i + 1 < end_) seam_ = {};
             end_ = i + 1;
             const size_t pixels = seam_.pixels + seam.pixels;
@@ -204,12 +211,14 @@ Result<layers::WriteReport> merge_files(const std::vector<std::string>& inputs,
     for (const PartHeader& part : parts) report.parts.push_back(part.part);
     find_faults(parts, options, report.faults);
     if (!report.faults.empty()) return error_of(report.faults);
-    report.samples = {parts.front().part.samples.first, parts.back().part.samples.second};
+    report.samples = {parts.front().part.samples.first, parts.front().part.samples.second};
+    for (const PartHeader& p : parts)
+        report.samples->second = std::max(report.samples->second, p.part.samples.second);
     report.is_complete = std::all_of(parts.begin(), parts.end(),
                                      [](const PartHeader& p) { return p.part.is_complete; });
 
     // Nodes that no sample will join any more need not be kept apart
-    const uint64_t final_end = options.keep_sums ? 0 : report.samples->second;
+    const uint64_t final_end = options.keep_sums ? 0 : end_of_samples(parts);
     const auto sums = PartJoiner(parts, report.faults).join(final_end, options.strip_bytes);
     if (!sums) return sums.error();
     layers::FileInfo info = merged_info(parts, options.keep_sums);

@@ -54,7 +54,8 @@ struct MergeReport {
 /// Joins files that hold adjacent sample ranges, crops, or both of one render into the file that
 /// one render of all the samples of the smallest window around them writes, bit for bit in every
 /// pixel. Every pixel of that window must have all samples. Beside the sums of the result a strip
-/// of the parts is in memory: what it takes does not depend on the number of parts. Errors:
+/// of the parts is in memory: what it takes does not grow with the number of parts, but
+/// for their headers. Errors:
 /// "merge-refused" (exit 5: incomplete, no sums, other scene, settings, build, files, seed, layers
 /// or resolution, overlap, gap, not what is expected); its message has a line for each of
 /// report.faults. Those of reading and of layers::write_layer_file.

@@ -453,6 +453,12 @@ std::string common_stats(const std::vector<PartHeader>& parts) {
     return stats.dump();
 }
 
+uint64_t end_of_samples(const std::vector<PartHeader>& parts) {
+    uint64_t end = 0;
+    for (const PartHeader& p : parts) end = std::max({end, p.part.samples.second, p.samples.end});
+    return end;
+}
+
 std::string merged_settings(const std::vector<PartHeader>& parts) {
     auto settings = nlohmann::ordered_json::parse(parts[0].info.settings_json, nullptr, false);
     if (!settings.is_object() || !settings.contains("part")) return parts[0].info.settings_json;

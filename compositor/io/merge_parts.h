@@ -38,6 +38,10 @@ void find_faults(const std::vector<PartHeader>& parts,
 /// The smallest window that holds those of all parts.
 image::Window window_of(const std::vector<PartHeader>& parts);
 
+/// An index above those of all samples: adaptive sampling gives pixels more than the render was to
+/// have in the mean.
+uint64_t end_of_samples(const std::vector<PartHeader>& parts);
+
 /// velatura/settings of the parts together.
 std::string merged_settings(const std::vector<PartHeader>& parts);
 

@@ -133,8 +133,8 @@ Result<FirstRates> read_rates(const RenderJob& job,
         return refused(why);
     const image::Window window = data_window(input.scene.settings, job.arguments.crop);
     if (file->data != window) return refused(different_window(file->data, window));
-    if (file->text(layers::sums_attribute).empty() || !layers::are_sums_intact(*file))
-        return refused("it has no sums, or damaged ones");
+    if (const auto ok = layers::check_sums_header(*file); !ok) return refused(ok.error().message);
+    if (!layers::are_sums_intact(*file)) return refused("its sums are damaged");
     const auto records = layers::stored_records(*file);
     if (!records) return refused(records.error().message);
     FirstRates first{*state, header->samples.settings_hash, {}};

@@ -366,15 +366,21 @@ Result<std::vector<uint64_t>> stored_counts(const image::Image& image) {
     return counts;
 }
 
-Result<accumulate::SampleSums> empty_sums(const image::Image& image,
-                                          const image::Window& window,
-                                          uint64_t final_end) {
-    const std::string text = image.text(sums_attribute);
+Result<void> check_sums_header(const image::Image& header) {
+    const std::string text = header.text(sums_attribute);
     if (text.empty()) return Error{"no-sums", "the file is not resumable: it has no sums"};
     const auto j = nlohmann::json::parse(text, nullptr, false);
     if (!j.is_object() || !j.contains("layerSet")) return damaged();
     if (!j.contains("schema") || j["schema"] != sums_schema)
         return Error{"sums-version", "its sums are of another version of Velatura"};
+    return {};
+}
+
+Result<accumulate::SampleSums> empty_sums(const image::Image& image,
+                                          const image::Window& window,
+                                          uint64_t final_end) {
+    if (const auto ok = check_sums_header(image); !ok) return ok.error();
+    const auto j = nlohmann::json::parse(image.text(sums_attribute));
     const auto set = accumulate::LayerSet::from_json(j["layerSet"].dump());
     if (!set) return set.error();
     return accumulate::SampleSums(window, *set, final_end);

@@ -44,6 +44,10 @@ std::string sums_json(const accumulate::LayerSet& set, const image::Image& image
 /// "sums-damaged".
 Result<accumulate::SampleSums> read_sums(const image::Image& image);
 
+/// Whether a file has sums that this version reads. Errors: "no-sums", "sums-version",
+/// "sums-damaged".
+Result<void> check_sums_header(const image::Image& header);
+
 /// Sums without samples over a window, for append_sums() of this file and of those that go with it.
 /// `final_end`: as SampleSums has it. Errors: "no-sums", "sums-version", "sums-damaged".
 Result<accumulate::SampleSums> empty_sums(const image::Image& image,

@@ -17,9 +17,11 @@ namespace velatura::layers {
 
 namespace {
 
-bool has_sums(const image::Part& part) {
-    return std::any_of(part.channels.begin(), part.channels.end(),
-                       [](const image::Channel& c) { return image::is_bookkeeping(c.name); });
+/// The part with its bookkeeping channels alone.
+image::Part sums_of(image::Part part) {
+    std::erase_if(part.channels,
+                  [](const image::Channel& c) { return !image::is_bookkeeping(c.name); });
+    return part;
 }
 
 Error cannot_read(const std::string& path, const std::string& why) {
@@ -49,11 +51,11 @@ struct SumsReader::Impl {
 
     Result<void> add_parts(const std::string& file, const image::ExrReader& reader) {
         for (int i = 0; i < reader.part_count(); ++i) {
-            const image::Part& part = reader.header().parts[size_t(i)];
-            if (!has_sums(part)) continue;
+            image::Part part = sums_of(reader.header().parts[size_t(i)]);
+            if (part.channels.empty()) continue;
             if (reader.data_window(i) != header.data)
                 return cannot_read(file, "the data window of its sums differs");
-            header.parts.push_back(part);
+            header.parts.push_back(std::move(part));
             places.push_back({file, i});
         }
         return {};
@@ -72,7 +74,7 @@ struct SumsReader::Impl {
             (places[place].path == path &&
              reader->header().text(samples_attribute) != header.text(samples_attribute)))
             return changed();
-        const image::Part& found = reader->header().parts[size_t(index)];
+        const image::Part found = sums_of(reader->header().parts[size_t(index)]);
         const auto is_same = [](const image::Channel& a, const image::Channel& b) {
             return a.name == b.name && a.type() == b.type();
         };
@@ -158,8 +160,11 @@ Result<bool> SumsReader::is_intact() {
 int strip_rows(size_t row_bytes, size_t strip_bytes) {
     constexpr int tile = accumulate::SampleSums::tile_size;
     constexpr size_t most_tiles = 1024;
-    const size_t tiles = strip_bytes / (std::max(row_bytes, size_t(1)) * size_t(tile));
-    return int(std::clamp(tiles, size_t(1), most_tiles)) * tile;
+    size_t tiles = strip_bytes / (std::max(row_bytes, size_t(1)) * size_t(tile));
+    tiles = std::clamp(tiles, size_t(1), most_tiles);
+    // PIZ compresses 32 rows together
+    if (tiles > 1) tiles -= tiles % 2;
+    return int(tiles) * tile;
 }
 
 Result<accumulate::SampleSums> read_sums(SumsReader& reader) {

@@ -2,6 +2,7 @@
 #include "compositor/io/merge.h"
 
 #include "compositor/inspect/diff.h"
+#include "compositor/io/merge_parts.h"
 #include "film/film.h"
 #include "film/film_scene.h"
 #include "image/digest.h"
@@ -311,6 +312,21 @@ TEST(Merge, StripsMakeNoDifference) {
     EXPECT_EQ(layers::read_sums_image(out)->text(layers::sums_attribute), sums);
     EXPECT_EQ(merge({out, inputs[4]}, film::temporary_file("merge_on.exr"), strips)->sha256,
               merged->sha256);
+}
+
+/// Pixels of adaptive sampling have up to 8 times the samples that the range states; what is folded
+/// before the last of them would be rounded otherwise than in one render.
+TEST(Merge, FoldsNothingBeforeTheLastSampleOfAnyPixel) {
+    std::vector<PartHeader> parts(2);
+    parts[0].part.samples = {0, 20};
+    parts[0].samples.end = 160;
+    parts[1].part.samples = {20, 32};
+    parts[1].samples.end = 64;
+    EXPECT_EQ(end_of_samples(parts), 160u);
+    // Interrupted
+    parts[0].samples.end = 20;
+    parts[1].samples.end = 24;
+    EXPECT_EQ(end_of_samples(parts), 32u);
 }
 
 TEST(Merge, FaultsInAnyStripAreNamedWhole) {
