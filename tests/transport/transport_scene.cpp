@@ -188,6 +188,11 @@ Pixels TransportRenderer::render_scheduled(uint64_t seed,
 }
 
 Pixels TransportRenderer::render(uint64_t seed, uint64_t samples) {
+    // Photons come with the passes of a film
+    if (settings_.caustics == integrator::Caustics::Light)
+        return render_scheduled(
+            seed, samples,
+            {.is_adaptive = false, .guiding = integrator::Guiding::Off, .splits = false});
     const film::LayerSet layers = beauty_layers();
     const std::unique_ptr<const integrator::PathTracer> tracer = renderer_->make_tracer(seed);
 
