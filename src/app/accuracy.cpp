@@ -55,10 +55,10 @@ std::optional<ImageError> image_error(const RenderJob& job,
                                       const film::Film& film,
                                       const film::NoiseEstimate& noise,
                                       const statistics::ErrorCurve& curve) {
-    // What velatura-comp noise says of the file
+    // What velatura-comp noise reports of the file: halves judge few bright pixels themselves
     if (job.settings.schedule.has_independent_halves && noise.is_known)
         return ImageError{.error = noise.error,
-                          .is_lower = noise.error.is_lower || curve.is_lower()};
+                          .is_lower = noise.error.is_lower || curve.is_rare()};
     if (!curve.is_empty())
         return ImageError{curve.error_at(noise.samples_mean),
                           job.settings.schedule.has_dependent_changes, curve.is_lower()};
