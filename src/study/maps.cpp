@@ -25,7 +25,7 @@ StudyMap heat_map(std::string name,
     for (const double v : values) mean += v / double(values.size());
     StudyMap map{
         std::move(name),
-        fmt::format("{}, log scale: black {:.3g} {} or less, red {:.3g} {} (the mean), "
+        fmt::format("{}, log scale: black {:.3g} {} or less, orange {:.3g} {} (the mean), "
                     "white {:.3g} {} or more",
                     what, factor * mean / 16, unit, factor * mean, unit, factor * mean * 16, unit),
         {}};
