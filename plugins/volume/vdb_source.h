@@ -5,7 +5,7 @@
 
 namespace velatura::plugins::volume {
 
-/// Reads grids of .vdb files.
+/// Reads grids of .vdb files, and of .vdb members of packages.
 class VdbSource final : public media::VolumeSource {
   public:
     Result<scene::VoxelGrid> read(const media::GridRequest& request) const override;

@@ -17,7 +17,7 @@ inline constexpr uint32_t volume_source_interface_version = 2;
 
 /// A grid that is wanted.
 struct GridRequest {
-    std::string file;
+    std::string file;       ///< or a member of a package: open_asset_bytes()
     std::string grid = {};  ///< name; empty: the only one of the file
     int index = 0;          ///< among the grids of that name
     bool is_color = false;  ///< three channels will do, too

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Grids of .vdb files as the plugin reads them, against OpenVDB's own lookups, and files that are
 // wrong.
+#include "../base/stored_zip.h"
 #include "../base/test_assets.h"
 #include "../sampling/chi_square.h"
 #include "geometry/level_set.h"
@@ -107,6 +108,29 @@ TEST(VdbSource, FindsGridsByNameAndIndex) {
               "volume-grid: grid heat not found; the file has density[0], density[1]");
     EXPECT_EQ(error_of({.file = file}),
               "volume-grid: fieldName is empty; choose one of the grids density[0], density[1]");
+}
+
+TEST(VdbSource, ReadsMembersOfPackages) {
+    const VdbFolder folder;
+    const auto grid = blobs("density");
+    const std::string bytes = VdbFolder::bytes_of(folder.write("a.vdb", {grid}));
+    const std::string package =
+        folder.write_bytes("p.usdz", testing::stored_zip({{"smoke/a.vdb", bytes},
+                                                          {"cut.vdb", bytes.substr(0, 900)},
+                                                          {"text.vdb", "no volume"}}));
+    const auto member = [&](const char* name) { return package + "[" + name + "]"; };
+    const Result<VoxelGrid> read =
+        source().read({.file = member("smoke/a.vdb"), .grid = "density"});
+    ASSERT_TRUE(read) << read.error().message;
+    expect_same_numbers(*read, *grid, 40.0);
+    EXPECT_EQ(error_of({.file = member("smoke/a.vdb"), .grid = "heat"}),
+              "volume-grid: grid heat not found; the file has density");
+    EXPECT_NE(error_of({.file = member("none.vdb")}).find("volume-file: "), std::string::npos);
+    EXPECT_NE(error_of({.file = member("cut.vdb")}).find("volume-file: "), std::string::npos);
+    EXPECT_NE(error_of({.file = member("text.vdb")}).find("volume-file: "), std::string::npos);
+    EXPECT_EQ(error_of({.file = member("smoke/a.vdb"), .max_bytes = bytes.size() - 1})
+                  .find("volume-memory: "),
+              0u);
 }
 
 TEST(VdbSource, ReadsColors) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Volumes from the outside: who opens OpenVDB, what is drawn, and what files that are wrong cost.
 #include "../app/command.h"
+#include "../base/stored_zip.h"
 #include "../plugin/opened_files.h"
 #include "image/exr.h"
 #include "vdb_files.h"
@@ -50,7 +51,7 @@ std::string volume(const std::string& file, const std::string& field = "density"
         file, field);
 }
 
-class VolumeRender : public testing::Test {
+class VolumeRender : public ::testing::Test {
   protected:
     void SetUp() override {
         openvdb::initialize();
@@ -158,6 +159,16 @@ TEST_F(VolumeRender, DrawsLevelSetsAsSurfaces) {
     EXPECT_EQ(r.exit_code, 1) << r.output;
     EXPECT_NE(r.output.find("[volume-file]"), std::string::npos) << r.output;
     EXPECT_EQ(w.hash("x.exr"), hash_of("none.usda"));
+}
+
+TEST_F(VolumeRender, ReadsFilesOfThePackageOfItsLayer) {
+    const std::string scene = stage(volume(" = @maps/smoke.vdb@"));
+    w.write("s.usdz",
+            testing::stored_zip(
+                {{"s.usda", scene}, {"maps/smoke.vdb", VdbFolder::bytes_of(w.path("smoke.vdb"))}}));
+    EXPECT_EQ(hash_of("s.usdz"), hash_of("smoke.usda"));
+    // --confine admits the package, and so its members
+    EXPECT_EQ(hash_of("s.usdz", "--confine"), hash_of("smoke.usda"));
 }
 
 TEST_F(VolumeRender, FollowsTheFileOfTheFrame) {
