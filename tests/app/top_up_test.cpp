@@ -23,7 +23,8 @@ class TopUpCommands : public testing::Test {
     }
 
     CommandResult try_render(const std::string& arguments) {
-        return w.velatura("render s.usda --res 40 34 --halves --progress none -q " + arguments);
+        return w.velatura("render s.usda --res " + resolution + " --halves --progress none -q " +
+                          arguments);
     }
 
     void render(const std::string& arguments) {
@@ -56,11 +57,15 @@ class TopUpCommands : public testing::Test {
     }
 
     Workplace w;
+    std::string resolution = "40 34";
 };
 
 }  // namespace
 
 TEST_F(TopUpCommands, OneFileHoweverTheRequestIsServed) {
+    // Tiles of smaller images judge too few pixels to meet the mean
+    resolution = "80 68";
+    render("--spp 20 --resumable -o base.exr");
     plan("--gain lamp=+3st --samples-factor 3 -o look.json");
     copy("base.exr", "whole.exr");
     render("--resume --for-mix look.json -o whole.exr");
