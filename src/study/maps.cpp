@@ -87,10 +87,23 @@ void add_maps(Report& report,
     }
     if (tallies.pixel_s.count > 0) {
         std::vector<double> seconds;
-        for (size_t i = 0; i < tallies.pixel_s.sum.size(); ++i)
+        double elapsed_s = 0;
+        for (size_t i = 0; i < tallies.pixel_s.sum.size(); ++i) {
             seconds.push_back(tallies.pixel_s.mean(i));
+            elapsed_s += seconds.back();
+        }
+        // Clocks are read around each sample: what else ran then, and later samples, are in it. The
+        // map has the shares of that time, and the CPU time of the image
+        const double pixels = double(report.subject.width) * double(report.subject.height);
+        const double cpu_s_per_pixel = report.settings[0].cpu_s / pixels;
+        for (double& s : seconds)
+            s *= elapsed_s > 0 ? cpu_s_per_pixel * double(seconds.size()) / elapsed_s : 0.0;
         report.time_concentration = half_in(seconds);
-        report.maps.push_back(heat_map("time", "Time per pixel", seconds, 1e3, "ms"));
+        report.maps.push_back(
+            heat_map("time",
+                     fmt::format("CPU time per pixel at {} samples per pixel, mean of {} renders",
+                                 report.subject.spp, tallies.pixel_s.count),
+                     seconds, 1e3, "ms"));
     }
     // What the render as it is leaves out, where something is seen of it
     for (size_t s = 1; s < settings.size(); ++s) {

@@ -79,7 +79,10 @@ std::string told_apart(const Estimate& ratio) {
     const double off = std::max(ratio.high - 1, 1 - ratio.low);
     if (off < close)
         return fmt::format("no difference at equal time, to {:.0f} %", std::ceil(off * 100));
-    return fmt::format("no significant difference at equal time: {:+.1f} % to {:+.1f} %",
+    return fmt::format("{} at equal time: {:+.1f} % to {:+.1f} %",
+                       ratio.low < 1 && ratio.high > 1
+                           ? "no significant difference"
+                           : "a difference, but by less than 3.5 standard errors,",
                        (ratio.low - 1) * 100, (ratio.high - 1) * 100);
 }
 

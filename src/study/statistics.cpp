@@ -47,6 +47,13 @@ Reference make_reference(const std::vector<Setting>& settings,
         weights += weight;
     }
     for (double& m : reference.means) m /= weights;
+    const Reference as_it_is = reference;
+    for (size_t s = 1; s < settings.size(); ++s) {
+        const Moments& difference = tallies.settings[s].difference;
+        if (settings[s].anchor != s || !test_difference(difference, as_it_is).is_seen) continue;
+        for (size_t i = 0; i < reference.means.size(); ++i)
+            reference.means[i] = std::max(reference.means[i] + difference.mean(i), 0.0);
+    }
     return reference;
 }
 

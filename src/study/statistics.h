@@ -38,13 +38,14 @@ struct GroupMeans {
 };
 
 /// Error measures are squares of relative errors as in docs/engineering/numerics.md: mean of (x −
-/// ref)² / (ref²
-/// + 0.01), where ref is what all renders without bias come to together.
+/// ref)² / (ref² + 0.01), where ref is what all renders without bias come to together: where the
+/// render as it is has biased settings, with what they remove.
 struct Reference {
     std::vector<double> means;  // [pixel][3]
 };
 
-/// Mean of the settings with the mean of the render as it is, more weight to the less noisy.
+/// Mean of the settings with the mean of the render as it is, more weight to the less noisy, and
+/// the differences that the exact values of its biased settings are seen to make.
 Reference make_reference(const std::vector<Setting>& settings,
                          const Tallies& tallies,
                          uint64_t spp);

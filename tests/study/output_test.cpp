@@ -7,6 +7,7 @@
 #include "study/raster.h"
 #include "study/report_plots.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -75,6 +76,22 @@ TEST(Html, IsOneFileThatAsksForNoOther) {
     // One plot of all settings and one for each knob; the image, its noise, its time and its bias
     EXPECT_EQ(count(html, "<svg"), 3u);
     EXPECT_EQ(count(html, "<img"), 4u);
+}
+
+TEST(Html, TheMapOfTimeHasTheTimeOfTheImage) {
+    // Of the renders each sample takes another time by the clock than by the CPU: 15 s for 1 s
+    const Report report = some_report(2);
+    const auto map = std::find_if(report.maps.begin(), report.maps.end(),
+                                  [](const StudyMap& m) { return m.name == "time"; });
+    ASSERT_NE(map, report.maps.end());
+    const double ms_per_pixel = 1e3 * report.settings[0].cpu_s / (480.0 * 320.0);
+    EXPECT_NE(map->caption.find(fmt::format("CPU time per pixel at {} samples per pixel, mean of ",
+                                            report.subject.spp)),
+              std::string::npos)
+        << map->caption;
+    EXPECT_NE(map->caption.find(fmt::format("orange {:.3g} ms (the mean)", ms_per_pixel)),
+              std::string::npos)
+        << map->caption;
 }
 
 TEST(Json, HoldsTheNumbersOfTheReport) {

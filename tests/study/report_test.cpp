@@ -29,19 +29,20 @@ TEST(Report, NoiseBiasAndTimeAreThoseOfTheRenders) {
     r.settings["--depth 0"] = {.noise = 1.2, .time = 1.5, .scale = 1.02};
     r.settings["--depth 2"] = {.noise = 0.8, .time = 0.5, .scale = 0.9};
     const study::Report report = s.run(r);
-    // The noise is 0.05 (0.5 + at) over at in [0, 1]: its square has the mean 0.0025 · 13/12
-    const double truth = 0.05 * std::sqrt(13.0 / 12.0);
+    // All relative to the image of the exact value, 1.02 m for a pixel of m: noise of 0.05 (0.5 +
+    // at) √(m² + 0.01), biases in proportion to m
+    double square = 0, ratio = 0;
+    for (int i = 0; i < 1000; ++i)
+        for (int c = 0; c < 3; ++c) {
+            const double at = i / 1000.0, m = 0.2 + at + 0.1 * c, base = 1.02 * m * 1.02 * m + 0.01;
+            square += 0.0025 * (0.5 + at) * (0.5 + at) * (m * m + 0.01) / base / 3000;
+            ratio += m * m / base / 3000;
+        }
+    const double truth = std::sqrt(square);
     EXPECT_LT(report.noise.low, truth);
     EXPECT_GT(report.noise.high, truth);
     EXPECT_NEAR(report.noise.value, truth, 0.02 * truth);
     EXPECT_LT(report.noise.high - report.noise.low, 0.15 * truth);
-    // Relative to √(m² + 0.01), averaged over the pixels
-    double ratio = 0;
-    for (int i = 0; i < 1000; ++i)
-        for (int c = 0; c < 3; ++c) {
-            const double m = 0.2 + i / 1000.0 + 0.1 * c;
-            ratio += m * m / (m * m + 0.01) / 3000;
-        }
     EXPECT_NEAR(report.bias, 0.02 * std::sqrt(ratio), 0.15 * 0.02);
     EXPECT_NEAR(report.error, std::hypot(report.noise.value, report.bias), 1e-9);
     EXPECT_NEAR(result_of(report, "depth", "2").bias, 0.12 * std::sqrt(ratio), 0.02 * 0.12);
@@ -51,6 +52,26 @@ TEST(Report, NoiseBiasAndTimeAreThoseOfTheRenders) {
     EXPECT_GT(result_of(report, "depth", "2").time.high, 0.5);
     // 100 pixels of the image for each of the grid
     EXPECT_NEAR(report.settings[0].cpu_s, 1.0, 0.1);
+}
+
+TEST(Report, ErrorsAreThoseOfTheTruthWhateverTheRenderLeavesOut) {
+    // A render that keeps half of the light, and one that keeps all: the same settings, the same
+    // errors
+    const auto report_of = [](bool is_exact) {
+        using Values = std::vector<study::KnobValue>;
+        const study::KnobValue cut{"4", BiasClass::Biased}, whole{"0"};
+        FakeStudy s(
+            {{"depth", "--depth", is_exact ? Values{whole, cut} : Values{cut, whole}, "0"}});
+        FakeRenderer r;
+        r.settings[is_exact ? "" : "--depth 0"] = {.scale = 1};
+        r.settings[is_exact ? "--depth 4" : ""] = {.scale = 0.5};
+        return s.run(r);
+    };
+    const study::Report of_cut = report_of(false), of_whole = report_of(true);
+    const double bias = result_of(of_whole, "depth", "4").bias;
+    EXPECT_NEAR(of_cut.bias, bias, 0.03 * bias);
+    EXPECT_NEAR(result_of(of_cut, "depth", "0").noise.value, of_whole.noise.value,
+                0.03 * of_whole.noise.value);
 }
 
 TEST(Report, SlopesAreThoseOfTheRenders) {
