@@ -38,17 +38,20 @@ std::string duration(double seconds) {
 std::string text_of(const noise::ControlCap& cap) {
     const bool is_gain = cap.control.kind == Control::Kind::Gain;
     const std::string option = (is_gain ? "--gain " : "--shadow ") + cap.control.target;
-    if (!cap.max) return fmt::format("Removing {} is not enough.", option);
-    return is_gain && *cap.max > 0
-               ? fmt::format("Or {}={:+.2f}st in place of {}.", option,
-                             std::round(100 * std::log2(*cap.max)) / 100 + 0.0, cap.control.value)
-               : fmt::format("Or {}={:.2g} in place of {}.", option, *cap.max, cap.control.value);
+    if (!cap.max) return fmt::format("Removing {} is not enough.\n", option);
+    if (!is_gain || !(*cap.max > 0))
+        return fmt::format("Or {}={:.2g} in place of {}.\n", option, *cap.max, cap.control.value);
+    const double stops = std::round(100 * std::log2(*cap.max)) / 100;
+    // Not to grade is no advice
+    if (stops == 0) return {};
+    return fmt::format("Or {}={:+.2f}st in place of {}.\n", option, stops, cap.control.value);
 }
 
 void print_text(const noise::NoiseForecast& f,
                 double samples,
                 std::optional<double> seconds,
-                std::optional<int> frame) {
+                std::optional<int> frame,
+                bool has_target) {
     if (frame) fmt::print("frame {}\n", *frame);
     fmt::print("as rendered  {}\nthis mix     {}\n", interval(f.rendered), interval(f.mix));
     if (f.error.storage > f.mix.value / 3)
@@ -57,12 +60,12 @@ void print_text(const noise::NoiseForecast& f,
             percent(f.error.storage));
     const noise::NoiseAdvice& a = f.advice;
     if (a.sample_factor <= 1) {
-        fmt::print("{} is reached.\n", percent(a.target));
+        if (has_target) fmt::print("The target of {} is reached.\n", percent(a.target));
     } else {
         fmt::print("{} needs about {:.3g} times the samples ({:.0f} per pixel{}).\n",
                    percent(a.target), a.sample_factor, std::ceil(a.sample_factor * samples),
                    seconds ? ", " + duration(a.sample_factor * *seconds) : "");
-        for (const noise::ControlCap& cap : a.caps) fmt::print("{}\n", text_of(cap));
+        for (const noise::ControlCap& cap : a.caps) fmt::print("{}", text_of(cap));
     }
     fmt::print("{}", shares_text(f));
 }
@@ -103,7 +106,7 @@ int noise_one(const NoiseOptions& o, std::optional<int> frame) {
     if (o.json)
         fmt::print("{}\n", noise::noise_json(*forecast, samples, seconds, frame).dump(2));
     else
-        print_text(*forecast, samples, seconds, frame);
+        print_text(*forecast, samples, seconds, frame, target.has_value());
     if (!o.json && is_display_image(o.output))
         fmt::print("{}: black {} or less, orange {}, white {} or more, on a log scale\n", o.output,
                    percent(forecast->mix.value / 16), percent(forecast->mix.value),

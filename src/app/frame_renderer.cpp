@@ -92,6 +92,7 @@ int FrameRenderer::prepare() {
     if (refused != Done) return refused;
     renderer_.learn(control_.stop);
     if (job_.replay) return Done;
+    renderer_.measure_truncation(control_.stop);
     if (const int code = check_what_was_learned(); code != Done) return code;
     memory_.emplace(textures, needs_.writing);
     facts_.part = unfinished_part();

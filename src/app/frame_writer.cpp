@@ -49,7 +49,7 @@ std::string stats_json(const RenderJob& job,
     stats["splitting"] = make_splitting_stats(prepass.branches);
     if (prepass.roulette) stats["roulette"] = make_roulette_stats(*prepass.roulette);
     stats["error"] = layers::error_json(image_error(job, renderer.film()));
-    stats["ledger"] = make_ledger(job, input, renderer.world(), renderer.film());
+    stats["ledger"] = make_ledger(job, input, renderer);
     return stats.dump();
 }
 
@@ -214,8 +214,9 @@ bool FrameWriter::write_stats(const MemoryNeeds& needs,
                               Diagnostics& diagnostics) const {
     if (input_.stats_file.empty()) return true;
     const render::PrepassResults& prepass = renderer_.prepass();
-    nlohmann::ordered_json stats = make_stats(job_, input_, renderer_.world(), prepass.guide,
-                                              prepass.branches, renderer_.film(), noise, result);
+    nlohmann::ordered_json stats =
+        make_stats(job_, input_, renderer_.world(), prepass.guide, prepass.branches,
+                   make_ledger(job_, input_, renderer_), renderer_.film(), noise, result);
     if (prepass.roulette) {
         stats["roulette"] = make_roulette_stats(*prepass.roulette);
         stats["phases_s"]["roulette"] = prepass.roulette->seconds;
@@ -233,6 +234,7 @@ bool FrameWriter::write_stats(const MemoryNeeds& needs,
         stats["firefly_guard"] = make_firefly_stats(*prepass.fireflies);
         stats["phases_s"]["firefly_guard"] = prepass.fireflies->seconds;
     }
+    if (prepass.truncation) stats["phases_s"]["max_depth"] = prepass.truncation->seconds;
     stats["phases_s"]["write"] = write_s_;
     add_memory_stats(needs, stats["memory_bytes"]);
     stats["error"]["storage"] = written.storage_error;

@@ -66,11 +66,17 @@ std::string few_pixels_text(const statistics::RelativeError& e, const render::Re
     if (e.worst_x < 0) return "few pixels hold most of the error: " + held;
     const BrightestSample brightest = brightest_sample(renderer.tracer(), renderer.layers(),
                                                        renderer.film(), e.worst_x, e.worst_y);
-    return fmt::format(
-        "{}: {}; trace the worst, pixel ({}, {}) sample {}, with --replay {},{},{}",
-        brightest.is_firefly ? "rare bright samples (fireflies)"
-                             : "few pixels, at edges of something bright, hold most of the error",
-        held, e.worst_x, e.worst_y, brightest.sample, e.worst_x, e.worst_y, brightest.sample);
+    if (brightest.cause == BrightestSample::Cause::LightTracing)
+        return fmt::format(
+            "few pixels, with caustics by light tracing, hold most of the error: {}; the worst is "
+            "pixel ({}, {}), of whose light --replay shows less than half; use more samples",
+            held, e.worst_x, e.worst_y);
+    return fmt::format("{}: {}; trace the worst, pixel ({}, {}) sample {}, with --replay {},{},{}",
+                       brightest.cause == BrightestSample::Cause::Firefly
+                           ? "rare bright samples (fireflies)"
+                           : "few pixels, at edges of something bright, hold most of the error",
+                       held, e.worst_x, e.worst_y, brightest.sample, e.worst_x, e.worst_y,
+                       brightest.sample);
 }
 
 /// "texture a.png, texture b.png and 3 more".

@@ -134,17 +134,25 @@ BrightestSample brightest_sample(const integrator::PathTracer& tracer,
     const accumulate::PixelRecord& record = sums.record(x, y);
     film::SampleRadiance radiance(layers);
     integrator::RayCounts counts;
-    BrightestSample found{record.first, false};
-    float brightest = 0;
+    BrightestSample found{.sample = record.first};
+    float brightest = 0, traced = 0;
     for (uint64_t s = record.first; s < record.end; ++s) {
         radiance.clear();
         tracer.trace(x, y, s, radiance, counts);
         if (radiance.is_bad()) continue;
         const Rgb value = radiance.radiance();
         const float channel = std::max({value.x, value.y, value.z});
+        traced += channel / float(record.end - record.first);
         if (channel <= brightest) continue;
         brightest = channel;
         found.sample = s;
+    }
+    const accumulate::EarlierMean own =
+        accumulate::mean_of(sums.total(x, y, accumulate::AccumulatorTable::beauty),
+                            sums.total(x, y, accumulate::AccumulatorTable::coverage));
+    if (float(std::max({own[0], own[1], own[2]})) > 2 * traced) {
+        found.cause = BrightestSample::Cause::LightTracing;
+        return found;
     }
     // At an edge a pixel beside it shows what the sample hit
     constexpr int radius = 2;
@@ -160,7 +168,7 @@ BrightestSample brightest_sample(const integrator::PathTracer& tracer,
             around = std::max({around, float(mean[0]), float(mean[1]), float(mean[2])});
         }
     }
-    found.is_firefly = brightest > far_brighter * around;
+    if (brightest > far_brighter * around) found.cause = BrightestSample::Cause::Firefly;
     return found;
 }
 

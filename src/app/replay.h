@@ -36,9 +36,14 @@ int write_paths(const integrator::PathTracer& tracer,
 
 /// The brightest sample of a pixel of the film, traced again.
 struct BrightestSample {
+    enum class Cause : uint8_t {
+        Edge,         ///< of something bright: a pixel near by shows it
+        Firefly,      ///< far brighter than the pixels around
+        LightTracing  ///< most light of the pixel comes from light paths, of which replay shows
+                      ///< none
+    };
     uint64_t sample = 0;
-    /// It is far brighter than the pixels around: a firefly, and no edge of something bright.
-    bool is_firefly = false;
+    Cause cause = Cause::Edge;
 };
 
 BrightestSample brightest_sample(const integrator::PathTracer& tracer,

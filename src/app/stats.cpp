@@ -128,10 +128,9 @@ json make_bounce_stats(const integrator::BounceTrial& trial, int last_bounce) {
     return {{"last", last_bounce}, {"shares", trial.shares}, {"trial_paths", trial.rays.paths}};
 }
 
-json make_ledger(const RenderJob& job,
-                 const FrameInput& input,
-                 const integrator::World& world,
-                 const film::Film& film) {
+json make_ledger(const RenderJob& job, const FrameInput& input, const render::Renderer& renderer) {
+    const integrator::World& world = renderer.world();
+    const film::Film& film = renderer.film();
     json ledger = json::array();
     for (size_t i = 0; i < scene::effect_count; ++i) {
         if (input.plan.entries[i].state != integrator::EffectState::Omitted) continue;
@@ -148,7 +147,18 @@ json make_ledger(const RenderJob& job,
              {"effect", "unreadable textures are replaced by their fallbacks; not measured"}});
     }
     if (job.settings.tracer.max_depth > 0) {
-        ledger.push_back(layers::depth_entry(job.settings.tracer.max_depth, film.sums()));
+        json entry = {{"approximation", "max-depth"},
+                      {"value", job.settings.tracer.max_depth},
+                      {"kind", "bias"}};
+        if (const auto& cut = renderer.prepass().truncation) {
+            entry["missing_share"] = cut->share;
+            entry["low"] = cut->low;
+            entry["high"] = cut->high;
+            entry["effect"] = text_of(*cut);
+        } else {
+            entry["effect"] = "light of longer paths is missing; not measured";
+        }
+        ledger.push_back(std::move(entry));
     }
     if (job.settings.tracer.estimator.roulette == integrator::Roulette::Cutoff) {
         ledger.push_back({{"approximation", "throughput-cutoff"},
@@ -254,6 +264,7 @@ json make_stats(const RenderJob& job,
                 const integrator::World& world,
                 const integrator::GuideTraining& training,
                 const integrator::SplittingTrial& branches,
+                const json& ledger,
                 const film::Film& film,
                 const film::NoiseEstimate& noise,
                 const integrator::RenderResult& result) {
@@ -303,7 +314,7 @@ json make_stats(const RenderJob& job,
             j["forecast"] = forecast_json(result.curve.forecast(wanted_error(job)));
     }
     j["effects"] = effect_calls_json(input.plan, result.rays.effects);
-    j["ledger"] = make_ledger(job, input, world, film);
+    j["ledger"] = ledger;
     j["numerics"] = numerics_json(film);
     j["numerics"]["walks_given_up"] = result.rays.walks_abandoned;
     j["numerics"]["bodies_unmatched"] = result.rays.dielectrics_unmatched;

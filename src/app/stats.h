@@ -9,6 +9,7 @@
 #include "integrator/schedule.h"
 #include "integrator/splitting_trial.h"
 #include "integrator/world.h"
+#include "render/renderer.h"
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -17,12 +18,14 @@
 namespace velatura::app {
 
 /// Statistics of a frame by the schema velatura.stats/1: units in names,
-/// stable key order. Keys of what was not measured are left out. noise: that of the film.
+/// stable key order. Keys of what was not measured are left out. ledger: of make_ledger(). noise:
+/// that of the film.
 nlohmann::ordered_json make_stats(const RenderJob& job,
                                   const FrameInput& input,
                                   const integrator::World& world,
                                   const integrator::GuideTraining& training,
                                   const integrator::SplittingTrial& branches,
+                                  const nlohmann::ordered_json& ledger,
                                   const film::Film& film,
                                   const film::NoiseEstimate& noise,
                                   const integrator::RenderResult& result);
@@ -45,20 +48,19 @@ nlohmann::ordered_json make_splitting_stats(const integrator::SplittingTrial& tr
 /// By how much chances to end paths pay, as trial paths said; the same in every run.
 nlohmann::ordered_json make_roulette_stats(const integrator::RouletteTrial& trial);
 
-/// {last, shares, trial_paths}: of the light by bounce, the last of all that follow.
 /// Of the trial of light tracing: variances of one sample per pixel, relative.
 nlohmann::ordered_json make_light_tracing_stats(const integrator::LightTrial& trial, bool is_used);
 nlohmann::ordered_json make_firefly_stats(const integrator::FireflyTrial& trial);
 
+/// {last, shares, trial_paths}: of the light by bounce, the last of all that follow.
 nlohmann::ordered_json make_bounce_stats(const integrator::BounceTrial& trial, int last_bounce);
 
-/// Approximations in force, with what is known of their effect. Empty = unbiased.
 /// Textures of materials and lights that could not be opened or read so far.
 size_t unread_textures(const integrator::World& world);
 
+/// Approximations in force, with what is known of their effect. Empty = unbiased.
 nlohmann::ordered_json make_ledger(const RenderJob& job,
                                    const FrameInput& input,
-                                   const integrator::World& world,
-                                   const film::Film& film);
+                                   const render::Renderer& renderer);
 
 }  // namespace velatura::app

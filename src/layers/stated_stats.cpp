@@ -2,7 +2,6 @@
 #include "layers/stated_stats.h"
 
 #include "accumulate/pixel_means.h"
-#include "statistics/truncation.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -40,29 +39,6 @@ Json error_json(const std::optional<statistics::StatedError>& error) {
     return j;
 }
 
-Json depth_entry(int max_depth, const accumulate::SampleSums& sums) {
-    Json entry = {{"approximation", "max-depth"}, {"value", max_depth}, {"kind", "bias"}};
-    const std::optional<statistics::TruncatedLight> cut =
-        statistics::truncated_light(sums, max_depth);
-    if (!cut) {
-        constexpr int least_depth = 3;
-        entry["effect"] =
-            fmt::format("light of longer paths is missing; missing energy not estimated: {}",
-                        max_depth < least_depth
-                            ? "too few bounces to extrapolate from; use --max-depth 3 or more"
-                            : "use --bounces 3 or more");
-        return entry;
-    }
-    entry["missing_share"] = cut->share;
-    entry["low"] = cut->low;
-    entry["high"] = cut->high;
-    entry["effect"] = fmt::format(
-        "light of longer paths is missing: about {:.2g} % of all light ({:.2g} to {:.2g}), "
-        "extrapolated from the last bounces",
-        100 * cut->share, 100 * cut->low, 100 * cut->high);
-    return entry;
-}
-
 Json clamp_entry(const Json& limits, const accumulate::SampleSums& sums) {
     const double share = accumulate::clamped_share(sums);
     return {{"approximation", "clamp"},
@@ -85,8 +61,6 @@ std::string stats_of_whole(const std::string& stats_of_part, const accumulate::S
     if (!stats.contains("ledger") || !stats["ledger"].is_array()) return stats.dump();
     for (Json& entry : stats["ledger"]) {
         const std::string name = text_at(entry, "approximation");
-        if (name == "max-depth" && entry.contains("value") && entry["value"].is_number_integer())
-            entry = depth_entry(entry["value"].get<int>(), sums);
         if (name == "clamp" && entry.contains("value")) entry = clamp_entry(entry["value"], sums);
     }
     return stats.dump();

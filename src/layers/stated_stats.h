@@ -15,15 +15,12 @@ namespace velatura::layers {
 /// half of it.
 nlohmann::ordered_json error_json(const std::optional<statistics::StatedError>& error);
 
-/// Entry of the ledger: what a limit on bounces cuts off, by the fall of the bounces.
-nlohmann::ordered_json depth_entry(int max_depth, const accumulate::SampleSums& sums);
-
 /// Entry of the ledger: what firefly clamps removed. `limits`: direct and indirect, those given.
 nlohmann::ordered_json clamp_entry(const nlohmann::ordered_json& limits,
                                    const accumulate::SampleSums& sums);
 
-/// velatura/stats of a file of these sums, made from that of one of its parts: the error and the
-/// entries above are those of the sums, the rest is the same for every part of a render. A text
+/// velatura/stats of a file of these sums, made from that of one of its parts: the error and what
+/// clamps removed are those of the sums, the rest is the same for every part of a render. A text
 /// that is no such string is returned as it is.
 std::string stats_of_whole(const std::string& stats_of_part, const accumulate::SampleSums& sums);
 

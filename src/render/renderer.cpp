@@ -41,7 +41,7 @@ image::Matrix44 to_floats(const Matrix& m) {
 double PrepassResults::seconds() const {
     return guide.seconds + branches.seconds + (roulette ? roulette->seconds : 0.0) +
            (bounces ? bounces->seconds : 0.0) + (fireflies ? fireflies->seconds : 0.0) +
-           (light ? light->seconds : 0.0);
+           (light ? light->seconds : 0.0) + (truncation ? truncation->seconds : 0.0);
 }
 
 Renderer::Renderer(const scene::Scene& scene, Settings settings)
@@ -248,6 +248,12 @@ void Renderer::learn(const std::atomic<bool>* stop) {
                         ? std::make_unique<const integrator::LightTracer>(
                               *world_, layers_, image_options(), prepass_->light->emission)
                         : nullptr;
+}
+
+void Renderer::measure_truncation(const std::atomic<bool>* stop) {
+    VELATURA_CHECK(tracer_ != nullptr, "learn() comes before measure_truncation()");
+    if (settings_.tracer.max_depth > 0)
+        prepass_->truncation = integrator::try_truncation(*world_, trial_options(), stop);
 }
 
 /// Whether light tracing finds the caustics, and from where.

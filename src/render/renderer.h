@@ -14,6 +14,7 @@
 #include "integrator/roulette_trial.h"
 #include "integrator/schedule.h"
 #include "integrator/splitting_trial.h"
+#include "integrator/truncation_trial.h"
 #include "integrator/world.h"
 #include "render/settings.h"
 #include "scene/scene.h"
@@ -31,12 +32,13 @@ namespace velatura::render {
 /// Results of the prepass: what trial paths found before the first sample. All but the seconds is a
 /// function of scene and settings alone.
 struct PrepassResults {
-    integrator::GuideTraining guide;                    ///< path guiding
-    std::optional<integrator::RouletteTrial> roulette;  ///< of Roulette::Efficiency
-    std::optional<integrator::BounceTrial> bounces;     ///< of Settings::min_bounce_share
-    std::optional<integrator::FireflyTrial> fireflies;  ///< of Settings::firefly_guard
-    std::optional<integrator::LightTrial> light;        ///< light tracing; none: not tried
-    integrator::SplittingTrial branches;                ///< path splitting
+    integrator::GuideTraining guide;                        ///< path guiding
+    std::optional<integrator::RouletteTrial> roulette;      ///< of Roulette::Efficiency
+    std::optional<integrator::BounceTrial> bounces;         ///< of Settings::min_bounce_share
+    std::optional<integrator::FireflyTrial> fireflies;      ///< of Settings::firefly_guard
+    std::optional<integrator::LightTrial> light;            ///< light tracing; none: not tried
+    integrator::SplittingTrial branches;                    ///< path splitting
+    std::optional<integrator::TruncationTrial> truncation;  ///< of measure_truncation()
 
     double seconds() const;  ///< wall-clock time of all trials [s]
 };
@@ -86,6 +88,10 @@ class Renderer {
     /// Args: stop: ends it early when true; its results are then incomplete, and no film can be
     ///       made from them.
     void learn(const std::atomic<bool>* stop = nullptr);
+
+    /// Measures what the maximum depth of the settings cuts off, into prepass().truncation. After
+    /// learn(), for those who state it; without a maximum nothing happens.
+    void measure_truncation(const std::atomic<bool>* stop = nullptr);
 
     // Rendering
 

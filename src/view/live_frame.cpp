@@ -608,6 +608,7 @@ void LiveFrame::write(const std::string& path, bool is_output) {
         return control_.report(input.output + " cannot be written: see the terminal", true);
     if (const Result<void> ok = app::check_outputs(input); !ok)
         return control_.report(ok.error().message, true);
+    image().measure_truncation();
     app::MemoryWatch memory(renderer_.world().materials.textures(), needs_.writing);
     std::vector<std::string> files = {input.output};
     files.insert(files.end(), input.other_outputs.begin(), input.other_outputs.end());
