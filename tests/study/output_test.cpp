@@ -43,7 +43,7 @@ Report some_report(double way_b_time) {
                  {"depth", "--depth", {{"4", BiasClass::Biased}, {"0"}}, "0"}});
     FakeRenderer r;
     r.settings["--way b"] = {.time = way_b_time};
-    r.settings["--depth 0"] = {.scale = 1.02};
+    r.settings["--depth 0"] = {.scale = 1.03};
     s.subject.scene = "<b>&\"scene\".usda";
     return s.run(r);
 }
