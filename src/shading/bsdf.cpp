@@ -479,6 +479,19 @@ bool Bsdf::has_non_delta() const {
     return false;
 }
 
+float Bsdf::mirror_probability() const {
+    if (kind_ == Kind::Lambert || is_hair()) return 0.0f;
+    return view_.probability[MirrorSpecular] + view_.probability[MirrorCoat];
+}
+
+void Bsdf::raise_mirror(float probability) {
+    const float before = mirror_probability();
+    if (!(before > 0.0f) || !(before < 1.0f)) return;
+    const float raised = probability / before, rest = (1.0f - probability) / (1.0f - before);
+    for (int lobe = 0; lobe < LobeCount; ++lobe)
+        view_.probability[lobe] *= lobe == MirrorSpecular || lobe == MirrorCoat ? raised : rest;
+}
+
 float Bsdf::broad_share() const {
     constexpr float broad_alpha = 0.1f;
     float share = view_.probability[Cosine] + view_.probability[CosineBack];

@@ -106,6 +106,13 @@ class Bsdf {
     /// True when sample_f() can select a non-delta lobe.
     bool has_non_delta() const;
 
+    /// Probability that sampling reflects as a mirror does.
+    float mirror_probability() const;
+
+    /// Raises that probability, where it is above 0, to `probability` < 1; the other lobes share
+    /// the rest as before. For wo alone; the values of f stay, densities follow.
+    void raise_mirror(float probability);
+
     /// True for a single Lambert lobe: sample_f() ignores u_lobe.
     bool is_lambert() const { return kind_ == Kind::Lambert; }
 

@@ -202,4 +202,27 @@ TEST(Caustics, FlatMirror) {
     expect_irradiance(test, 2, double(0.9f) * pi_d * r * r / 16.0, 4e-2, "sphere in a mirror");
 }
 
+TEST(MirroredLamp, InGlassHasTheNoiseOfOneSampleInThree) {
+    // A pane that reflects 4 % of a lamp of radiance 1 behind the camera, and lets the rest through
+    // to nothing. By Fresnel's share one sample of 25 would bring 1, a deviation of 0.196; one of
+    // three brings 0.12, a deviation of 0.04 √2
+    TestScene test;
+    test.add_square(-2.0f, 10.0f, test.add_material(smooth_glass(float(ior))));
+    test.add_light(scene::LightKind::Rect,
+                   Mat4d(100, 0, 0, 0, 0, 100, 0, 0, 0, 0, 1, 0, 0, 0, 2, 1));
+    test.look_at_point(0.01);
+    constexpr int size = 32, samples = 64;
+    const Estimate seen = render(test, {.size = size,
+                                        .samples = samples,
+                                        .last_bounce = 1,
+                                        .max_depth = 2,
+                                        .estimator = {.roulette = integrator::Roulette::None},
+                                        .sampler = sampling::SamplerKind::Independent})
+                              .beauty();
+    const double expected = reflectance(1.0);
+    expect_close(seen, expected, 0.05, "a lamp in a pane of glass");
+    const double deviation = seen.standard_error * std::sqrt(double(size * size * samples));
+    EXPECT_NEAR(deviation, expected * std::sqrt(2.0), 0.1 * expected);
+}
+
 }  // namespace velatura::test

@@ -203,5 +203,42 @@ TEST(BsdfSampling, BelowTheSwitchIsDelta) {
     EXPECT_FALSE(rough.sample_f(wo, 0.5f, Vec2(0.5f, 0.5f))->is_delta);
 }
 
+TEST(BsdfSampling, ARaisedMirrorKeepsEveryMeanAndTheDensitiesFollow) {
+    SurfaceParameters p;
+    p.diffuse = Rgb(0.5f, 0.3f, 0.2f);
+    p.alpha = 0.0f;
+    const Vec3 wo = direction(0.6), wi = direction(0.8, 2.0);
+    const Bsdf plain(p, up, up, wo);
+    Bsdf raised(p, up, up, wo);
+    const float before = plain.mirror_probability();
+    ASSERT_GT(before, 0.01f);
+    ASSERT_LT(before, 0.5f);
+    raised.raise_mirror(0.5f);
+    EXPECT_NEAR(raised.mirror_probability(), 0.5f, 1e-6f);
+    // What is scattered stays, as seldom as it is sampled
+    EXPECT_EQ(raised.f(wo, wi), plain.f(wo, wi));
+    EXPECT_NEAR(raised.pdf(wo, wi), plain.pdf(wo, wi) * 0.5f / (1.0f - before), 1e-6f);
+    double mirrored = 0;
+    constexpr int count = 1000;
+    for (int k = 0; k < count; ++k) {
+        const auto s = raised.sample_f(wo, (float(k) + 0.5f) / count, Vec2(0.3f, 0.6f));
+        ASSERT_TRUE(s.has_value());
+        if (s->is_delta) {
+            mirrored += double(s->f.y * raised.cosine(s->wi) / s->pdf) / count;
+        } else {
+            EXPECT_EQ(s->f, plain.f(wo, s->wi));
+            EXPECT_NEAR(s->pdf, plain.pdf(wo, s->wi) * 0.5f / (1.0f - before), 1e-6f);
+        }
+    }
+    const double weight = double(plain.delta(ScatterKind::Reflect)->weight.y);
+    EXPECT_NEAR(mirrored, weight, 2.0 / count * weight / 0.5);
+    // Nothing to raise
+    p.alpha = 0.3f;
+    Bsdf rough(p, up, up, wo);
+    EXPECT_EQ(rough.mirror_probability(), 0.0f);
+    rough.raise_mirror(0.5f);
+    EXPECT_EQ(rough.pdf(wo, wi), Bsdf(p, up, up, wo).pdf(wo, wi));
+}
+
 }  // namespace
 }  // namespace velatura::shading
