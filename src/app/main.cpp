@@ -2,6 +2,7 @@
 #include "app/commands.h"
 #include "app/exit_codes.h"
 #include "app/failure_line.h"
+#include "app/foreign_options.h"
 #include "app/help_topics.h"
 #include "app/missing_assets.h"
 #include "base/command_line.h"
@@ -40,17 +41,13 @@ bool report_mapping_guard() {
     return !files.empty();
 }
 
-/// A word that can only be a scene: `velatura scene.usda` renders it.
-bool is_scene_name(const std::string& word) {
-    std::string end = word.substr(word.rfind('.') == std::string::npos ? 0 : word.rfind('.'));
-    std::transform(end.begin(), end.end(), end.begin(),
-                   [](unsigned char c) { return char(std::tolower(c)); });
-    return end == ".usda" || end == ".usdc" || end == ".usd" || end == ".usdz";
-}
-
 int end_with(const CommandExit& ended) {
     std::fputs(ended.text.c_str(), ended.code == Done ? stdout : stderr);
     return ended.code;
+}
+
+CommandExit usage_error(const Error& error) {
+    return {UsageError, fmt::format("error: {} [{}]\n", error.message, error.code), error.message};
 }
 
 /// Whether the words ask for lines of Open Job Description; also of a command line with errors.
@@ -95,8 +92,10 @@ int run_command(int argc, char** argv) {
     add_import_command(app, run);
     add_help_command(app, run, help_topics(), end_with).example("velatura help farm");
     app.set_default_subcommand("render", is_scene_name);
-    if (const std::optional<CommandExit> ended = app.parse(argc, argv))
-        return end_of_parsing(*ended, {argv, argv + argc});
+    const std::vector<std::string> typed(argv + std::min(argc, 1), argv + argc);
+    const Result<std::vector<std::string>> words = with_own_options(typed);
+    const std::optional<CommandExit> ended = words ? app.parse(*words) : usage_error(words.error());
+    if (ended) return end_of_parsing(*ended, {argv, argv + argc});
     std::fputs(app.notes().c_str(), stderr);
     read_truncated_pages_as_zeros();
     int code = exit_code_with_missing_assets(run ? run() : UsageError);

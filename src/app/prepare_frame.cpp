@@ -83,6 +83,8 @@ translate::TranslateOptions translate_options(const RenderJob& job, double frame
     options.product = product;
     if (a.resolution.size() == 2)
         options.resolution = std::array<int, 2>{a.resolution[0], a.resolution[1]};
+    else if (a.image_width > 0)
+        options.resolution = std::array<int, 2>{a.image_width, 0};
     options.material_purpose = a.material_purpose;
     options.working_space = a.working_space;
     if (!a.purposes.empty()) {

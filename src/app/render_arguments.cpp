@@ -79,6 +79,12 @@ void declare_output_options(Command output, RenderArguments& a) {
         .size(65536)
         .default_text("the render settings', else 2048x1080")
         .common();
+    output
+        .add_option("--image-width", a.image_width,
+                    "Image width in pixels; the height follows from the camera's aperture")
+        .range(1, 65536)
+        .default_text("")
+        .excludes(output.find_option("--res"));
     output.add_option("--crop", a.crop, "Crop window as fractions of the image, origin bottom left")
         .expected(4)
         .type_name("X0 X1 Y0 Y1")

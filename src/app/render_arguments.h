@@ -29,6 +29,7 @@ struct RenderArguments {
     std::string pass;
     std::string frames;
     std::vector<int> resolution;  ///< W H
+    int image_width = 0;          ///< instead of `resolution`; 0: not given
     std::vector<double> crop;     ///< x0 x1 y0 y1, fractions of the image, origin bottom left
     std::string mode = "progressive";
     int tile = 32;

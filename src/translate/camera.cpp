@@ -20,10 +20,19 @@ struct Aperture {
     double width = 20.955, height = 15.2908;  ///< tenths of scene units
 };
 
+/// That shows the whole aperture, at most the largest of an image.
+int height_of(const scene::RenderSettings& settings, const Aperture& authored) {
+    constexpr double largest = 65536;
+    return int(std::lround(
+        std::clamp(settings.width * settings.pixel_aspect_ratio * authored.height / authored.width,
+                   1.0, largest)));
+}
+
 /// Fits the aperture to the image, or for adjustPixelAspectRatio the pixels to the aperture.
 /// Ref: UsdRenderSettingsBase aspectRatioConformPolicy.
 Aperture conform(Context& ctx, const Aperture& authored) {
     scene::RenderSettings& settings = ctx.scene.settings;
+    if (settings.height == 0) settings.height = height_of(settings, authored);
     const double image = settings.pixel_aspect_ratio * settings.width / settings.height;
     const bool is_wider = authored.width > authored.height * image;
     const Aperture by_height{authored.height * image, authored.height};

@@ -292,7 +292,8 @@ std::optional<Error> check_resolution(Context& ctx,
     } else {
         return std::nullopt;
     }
-    if (used.is_good()) {
+    const bool is_by_camera = options.resolution && used.height == 0;
+    if (used.is_good() || (is_by_camera && used.width >= 1 && used.width <= largest_side)) {
         out.width = int(used.width);
         out.height = int(used.height);
         return std::nullopt;
@@ -328,8 +329,9 @@ void choose_without_settings(Context& ctx) {
             : fmt::format("renderSettingsPrimPath is not set; choose with --settings {}", first);
     ctx.diagnostics.note(
         "no-render-settings", {}, "",
-        fmt::format("{}: {} x {} pixels and the other defaults are used{}", why, out.width,
-                    out.height,
+        fmt::format("{}: {}the other defaults are used{}", why,
+                    out.height > 0 ? fmt::format("{} x {} pixels and ", out.width, out.height)
+                                   : std::string(),
                     out.disable_motion_blur ? ", but motion blur is off as there" : ""));
 }
 

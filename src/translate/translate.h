@@ -23,8 +23,9 @@ struct TranslateOptions {
     std::string settings;  ///< prim path of a RenderSettings, or of a RenderPass
     std::string pass;      ///< prim path of a RenderPass, whose renderSource yields to `settings`
     usd::stage::TimeCode time;
-    std::optional<std::array<int, 2>> resolution;  ///< width, height in pixels
-    std::vector<std::string> purposes;             ///< instead of the settings' includedPurposes
+    /// Width, height in pixels; a height of 0 follows from the aperture of the camera.
+    std::optional<std::array<int, 2>> resolution;
+    std::vector<std::string> purposes;  ///< instead of the settings' includedPurposes
     std::string material_purpose;  ///< full, preview, allPurpose; instead of the settings' purposes
     std::string working_space;     ///< name of a linear space; instead of renderingColorSpace
     lights::LightGrouping light_grouping = lights::LightGrouping::PerLight;

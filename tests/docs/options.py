@@ -14,7 +14,9 @@ PAGES = ("README.md", "docs/README.md", "docs/guide/*.md", "docs/reference/*.md"
 OTHER_PROGRAMS = re.compile(r"\./dev\b|\bcmake\b|\bctest\b|\bapt-get\b|\bblender\b|\boiiotool\b|\bninja\b|\bpbrt\b|\bvalgrind\b|\busdview\b|\b(?:sbatch|srun)\b")
 # Of pbrt, and a misspelt one
 NOT_OURS = {"--cropwindow", "--nthreads", "--ssp"}
-OPTION = re.compile(r"(?<![\w-])--[a-z][a-z0-9]*(?:-[a-z0-9]+)*")
+OPTION = re.compile(r"(?<![\w-])--[a-z][a-zA-Z0-9]*(?:-[a-z0-9]+)*")
+# Options of other renderers that work as they are typed
+FOREIGN = "src/app/foreign_options.cpp"
 
 
 def options_in(line, in_block):
@@ -40,7 +42,8 @@ def self_test():
 
 
 def check(root):
-    known = NOT_OURS | set(OPTION.findall((root / "docs/reference/options.md").read_text(encoding="utf-8")))
+    foreign = set(OPTION.findall((root / FOREIGN).read_text(encoding="utf-8")))
+    known = NOT_OURS | foreign | set(OPTION.findall((root / "docs/reference/options.md").read_text(encoding="utf-8")))
     pages = sorted(page for pattern in PAGES for page in root.glob(pattern))
     wrong = [f"{page.relative_to(root)}:{line}: no program has the option {option}"
              for page in pages for line, option in unknown(page.read_text(encoding="utf-8"), known)]

@@ -121,7 +121,7 @@ def test_wrong_values_are_usage_errors(scene, options, text):
 VALUES = {
     "camera": "/World/Cam", "settings": "", "pass_": "", "frames": 5, "purpose": ["render", "proxy"], "material_purpose": "preview", "working_space": "acescg",
     "search_path": "FOLDER", "session": "LAYER", "variant": None, "set": "/World/Ball.radius=0.5", "output": "FOLDER/o.exr",
-    "res": "8x8", "crop": (0, 1, 0, 0.5), "exr_layout": "single", "exr_compression": "zips", "float_layers": True, "spp": 2,
+    "res": "8x8", "image_width": 8, "crop": (0, 1, 0, 0.5), "exr_layout": "single", "exr_compression": "zips", "float_layers": True, "spp": 2,
     "time": "10s", "target_error": "90%", "require_target": True, "forecast": "1%", "adaptive": False, "max_depth": 2,
     "caustics": "path", "clamp_direct": 5, "clamp_indirect": 5.5, "firefly_guard": "off", "filter": "box", "seed": 3, "texture_bias": -0.5,
     "dicing_rate": 2, "subdivision_level": 1, "dicing_limit": 1, "bounces": "auto", "lights": "off", "layers": "bounce",
@@ -137,7 +137,7 @@ VALUES = {
 # Options that need others
 WITH = {"cryptomatte_levels": {"cryptomatte": "object"}, "cryptomatte_through": {"cryptomatte": "object"}, "deep_samples": {"deep": True, "output": "FOLDER/o.exr"},
         "deep": {"output": "FOLDER/o.exr"}, "resume": {"output": "FOLDER/o.exr"}, "checkpoint": {"output": "FOLDER/o.exr"},
-        "snapshot": {"output": "FOLDER/o.exr"}, "stats": {"output": "FOLDER/o.exr"}, "samples": {"spp": None},
+        "snapshot": {"output": "FOLDER/o.exr"}, "stats": {"output": "FOLDER/o.exr"}, "samples": {"spp": None}, "image_width": {"res": None},
         "cutoff": {"roulette": "cutoff"}, "casters": {"layers": "bounce,light,shadow,caster"},
         "display_layers": {"display": "127.0.0.1:1"}, "every": {"preview": "FOLDER/p.png"}}
 
