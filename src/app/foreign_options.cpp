@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <cmath>
 #include <optional>
 #include <string_view>
 #include <unordered_map>
@@ -88,10 +89,13 @@ struct HuskFrames {
         const std::optional<double> from = number_in(first.value_or("1")),
                                     number = number_in(count.value_or("1")),
                                     by = number_in(step.value_or("1"));
-        if (!from) return usage("--frame-count", "--frame with it is one number");
-        if (!number || *number < 1 || *number != double(int(*number)))
-            return usage("--frame-count", "expected a whole number from 1 on");
-        if (!by || *by <= 0) return usage("--frame-inc", "expected a number above 0");
+        if (!from || !std::isfinite(*from))
+            return usage("--frame-count", "--frame with it is one number");
+        constexpr double max_count = 1e6;
+        if (!number || !(*number >= 1 && *number <= max_count) || *number != std::floor(*number))
+            return usage("--frame-count", "expected a whole number from 1 to 1000000");
+        if (!by || !(*by > 0 && std::isfinite(*by)))
+            return usage("--frame-inc", "expected a number above 0");
         return std::vector<std::string>{
             "--frames", fmt::format("{}-{}x{}", *from, *from + (*number - 1) * *by, *by)};
     }

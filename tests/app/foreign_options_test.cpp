@@ -78,8 +78,11 @@ TEST(ForeignOptions, WithoutSuchAMeaningAreRefused) {
         {"--complexity high", "--complexity: curved surfaces are diced by --dicing-rate"},
         {"--mask /World", "--mask: a prim is hidden by --set"},
         {"--colorCorrectionMode sRGB", "--colorCorrectionMode: the EXR is scene-linear"},
-        {"-n 0", "--frame-count: expected a whole number from 1 on"},
-        {"-n 2.5", "--frame-count: expected a whole number from 1 on"},
+        {"-n 0", "--frame-count: expected a whole number from 1 to 1000000"},
+        {"-n 2.5", "--frame-count: expected a whole number from 1 to 1000000"},
+        {"-n nan", "--frame-count: expected a whole number from 1 to 1000000"},
+        {"-n 1e300", "--frame-count: expected a whole number from 1 to 1000000"},
+        {"-n 2 -f inf", "--frame-count: --frame with it is one number"},
         {"-f 1-3 -n 2", "--frame-count: --frame with it is one number"},
         {"-n 2 -i 0", "--frame-inc: expected a number above 0"},
     };
