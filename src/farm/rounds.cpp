@@ -2,6 +2,7 @@
 #include "farm/rounds.h"
 
 #include "farm/cost.h"
+#include "farm/run_piece.h"
 
 #include <algorithm>
 #include <bit>
@@ -122,6 +123,18 @@ Result<void> limit(const Job& job,
     return {};
 }
 
+/// As split_samples from sample 0, but for the first range: it is to have more than the pilot
+/// samples of adaptive sampling, for with its rates the others need not trace them.
+std::vector<Piece> split_frame(uint64_t end, uint64_t count) {
+    constexpr uint64_t first_end = pilot_samples + pilot_samples / 2;
+    std::vector<Piece> pieces = split_samples(0, end, count);
+    if (pieces.size() < 2 || pieces[0].end > pilot_samples || end < 2 * first_end) return pieces;
+    const std::vector<Piece> others = split_samples(first_end, end, pieces.size() - 1);
+    pieces = {{0, 0, first_end}};
+    pieces.insert(pieces.end(), others.begin(), others.end());
+    return pieces;
+}
+
 /// The ranges of samples that a frame gets.
 void split(const Job& job,
            const std::vector<PieceState>& states,
@@ -139,7 +152,8 @@ void split(const Job& job,
     } else if (count == 0) {
         count = default_pieces(end - a.first, job.frames.size());
     }
-    for (Piece piece : split_samples(a.first, end, count)) {
+    for (Piece piece :
+         a.first == 0 ? split_frame(end, count) : split_samples(a.first, end, count)) {
         piece.frame = a.frame;
         pieces.push_back(piece);
     }
@@ -158,7 +172,7 @@ std::vector<Piece> first_round(const Job& job) {
                                : job.ranges > 0 ? job.ranges
                                                 : default_pieces(job.spp, frames);
         const uint64_t end = is_measured && job.spp >= 2 * first_samples ? first_samples : job.spp;
-        for (Piece piece : split_samples(0, end, count)) {
+        for (Piece piece : split_frame(end, count)) {
             piece.frame = frame;
             pieces.push_back(piece);
         }

@@ -12,6 +12,7 @@
 #include "farm/preview.h"
 #include "farm/process.h"
 #include "farm/rounds.h"
+#include "farm/run_piece.h"
 #include "farm/status.h"
 
 #include <gtest/gtest.h>
@@ -126,6 +127,26 @@ TEST_F(FarmJob, SplitsOfPowersOfTwoAreWholeBlocks) {
             }
     // 3 pieces of 256: bounds are multiples of 32, the largest power of two within half a piece
     for (const Piece& p : split_samples(0, 256, 3)) EXPECT_EQ(p.first % 32, 0u) << p.first;
+}
+
+/// Else the others would trace the pilot samples of adaptive sampling again.
+TEST_F(FarmJob, TheFirstPieceHasMoreThanThePilotSamples) {
+    for (const uint64_t spp : {48u, 64u, 600u})
+        for (const uint64_t count : {4u, 16u, 32u}) {
+            job.spp = spp;
+            job.ranges = count;
+            const std::vector<Piece> pieces = first_round(job);
+            ASSERT_GE(pieces.size(), 2u);
+            EXPECT_GT(pieces[0].end, pilot_samples) << spp << " in " << count;
+            uint64_t at = 0;
+            for (const Piece& p : pieces) {
+                if (p.frame != 0) break;
+                EXPECT_EQ(p.first, at);
+                EXPECT_LT(p.first, p.end);
+                at = p.end;
+            }
+            EXPECT_EQ(at, spp);
+        }
 }
 
 TEST_F(FarmJob, IsReadAsItWasWritten) {
