@@ -18,7 +18,7 @@
 namespace velatura::app {
 
 /// Statistics of a frame by the schema velatura.stats/1: units in names,
-/// stable key order. Keys of what was not measured are left out. ledger: of make_ledger(). noise:
+/// stable key order. Keys of what was not measured are omitted. ledger: of make_ledger(). noise:
 /// that of the film.
 nlohmann::ordered_json make_stats(const RenderJob& job,
                                   const FrameInput& input,

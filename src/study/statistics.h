@@ -38,7 +38,7 @@ struct GroupMeans {
 };
 
 /// Error measures are squares of relative errors as in docs/engineering/numerics.md: mean of (x −
-/// ref)² / (ref² + 0.01), where ref is what all renders without bias come to together: where the
+/// ref)² / (ref² + 0.01), where ref is the mean of all renders without bias together: where the
 /// render as it is has biased settings, with what they remove.
 struct Reference {
     std::vector<double> means;  // [pixel][3]
