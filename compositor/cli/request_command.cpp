@@ -5,8 +5,7 @@
 #include "compositor/cli/noise_report.h"
 #include "compositor/io/layer_stack.h"
 #include "compositor/noise/top_up.h"
-#include "layers/layer_file.h"
-#include "layers/sums_part.h"
+#include "layers/sums_reader.h"
 
 #include <fmt/format.h>
 
@@ -71,9 +70,8 @@ int run_request(const RequestOptions& o) {
     if (!o.output.ends_with(".json")) return report({"bad-output", o.output + " is not .json"});
     const auto mix = o.look.open(o.input);
     if (!mix) return report(mix.error());
-    const auto sums = layers::read_sums_image(mix->input);
-    if (!sums) return report(sums.error());
-    const auto counts = layers::stored_counts(*sums);
+    const auto counts = layers::read_sample_counts(mix->input);
+    if (!counts && counts.error().code.starts_with("io-")) return report(counts.error());
     if (!counts)
         return report(
             {counts.error().code,

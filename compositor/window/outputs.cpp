@@ -9,7 +9,7 @@
 #include "compositor/mix/mix.h"
 #include "compositor/noise/top_up.h"
 #include "layers/layer_file.h"
-#include "layers/sums_part.h"
+#include "layers/sums_reader.h"
 
 #include <fmt/format.h>
 
@@ -92,9 +92,8 @@ Result<std::string> write_bake(const OutputSource& source, const std::string& pa
 Result<std::string> write_request(const OutputSource& source, const std::string& path) {
     if (!path.ends_with(".json")) return Error{"bad-output", path + " is not .json"};
     if (const auto one = check_one_file(source); !one) return one.error();
-    const auto sums = layers::read_sums_image(source.layers);
-    if (!sums) return sums.error();
-    const auto counts = layers::stored_counts(*sums);
+    const auto counts = layers::read_sample_counts(source.layers);
+    if (!counts && counts.error().code.starts_with("io-")) return counts.error();
     if (!counts)
         return Error{counts.error().code, fmt::format("{}: {}; render with --resumable",
                                                       source.layers, counts.error().message)};

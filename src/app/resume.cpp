@@ -123,19 +123,18 @@ Result<FirstRates> read_rates(const RenderJob& job,
                               const FrameInput& input,
                               const FrameSettings& settings) {
     const std::string path = frame_path(job.arguments.rates_from, input.frame);
-    const Result<image::Image> file = layers::read_sums_image(path);
-    if (!file) return refused(file.error().message);
-    const Result<layers::LayerHeader> header = layers::read_layer_header(*file);
+    const Result<layers::SumsReader> reader = layers::SumsReader::open(path);
+    if (!reader) return refused(reader.error().message);
+    const image::Image& file = reader->header();
+    const Result<layers::LayerHeader> header = layers::read_layer_header(file);
     if (!header) return refused(header.error().message);
-    const auto state = read_state(*file, *header);
+    const auto state = read_state(file, *header);
     if (!state) return state.error();
     if (const std::string why = difference(*state, input, settings); !why.empty())
         return refused(why);
     const image::Window window = data_window(input.scene.settings, job.arguments.crop);
-    if (file->data != window) return refused(different_window(file->data, window));
-    if (const auto ok = layers::check_sums_header(*file); !ok) return refused(ok.error().message);
-    if (!layers::are_sums_intact(*file)) return refused("its sums are damaged");
-    const auto records = layers::stored_records(*file);
+    if (file.data != window) return refused(different_window(file.data, window));
+    const auto records = reader->records();
     if (!records) return refused(records.error().message);
     FirstRates first{*state, header->samples.settings_hash, {}};
     for (const accumulate::PixelRecord& record : *records) {

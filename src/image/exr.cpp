@@ -104,7 +104,9 @@ std::vector<Imf::Header> headers_of(const Image& image, Compression compression)
     std::vector<Imf::Header> headers;
     for (const Part& part : image.parts) {
         Imf::Header header(exr_box(image.display), exr_box(image.data), image.pixel_aspect_ratio);
-        header.compression() = exr_compression(compression);
+        header.compression() = exr_compression(compression == Compression::None
+                                                   ? compression
+                                                   : part.compression.value_or(compression));
         for (const auto& [name, attribute] : image.attributes) {
             if (headers.empty() || is_on_every_part(attribute))
                 insert_attribute(header, name, attribute);

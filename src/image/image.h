@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "image/compression.h"
 #include "image/window.h"
 
 #include <Imath/half.h>
@@ -8,6 +9,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -71,6 +73,8 @@ struct Part {
     std::vector<Channel> channels;
     Attributes attributes;  ///< beside those of the image
     bool is_lossy = false;  ///< read from a compression that changes floats; writing ignores it
+    /// In place of that of the file, unless the file is to have none.
+    std::optional<Compression> compression = std::nullopt;
 
     const Channel* find(std::string_view channel) const;
 };

@@ -163,6 +163,7 @@ Result<std::vector<std::string>> write_split(const std::string& path,
             // Data stay data in a file of their own
             if (const auto id = part.attributes.find("colorInteropID"); id != part.attributes.end())
                 layers[layer].attributes.insert(*id);
+            layers[layer].compression = part.compression;
             layers[layer].channels.push_back(std::move(c));
         }
     }
@@ -246,9 +247,9 @@ Result<LayerImage> make_layer_image(const accumulate::SampleSums& sums,
     made.image = std::move(resolved.image);
     image::Image& image = made.image;
     if (info.store_sums) {
-        auto part = sums_part(sums);
-        if (!part) return part.error();
-        image.parts.push_back(std::move(*part));
+        auto parts = sums_parts(sums);
+        if (!parts) return parts.error();
+        for (image::Part& part : *parts) image.parts.push_back(std::move(part));
         image.attributes[sums_attribute] = sums_json(sums.layer_set(), image);
     }
     if (info.layout == Layout::SinglePart) {
@@ -301,12 +302,6 @@ Result<WriteReport> write_layer_file(const std::string& path,
         report.files.push_back(path);
     }
     return std::move(report);
-}
-
-Result<image::Image> read_sums_image(const std::string& path) {
-    auto reader = SumsReader::open(path);
-    if (!reader) return reader.error();
-    return reader->read_to(reader->header().data.y1);
 }
 
 Result<std::vector<SplitLayer>> split_layers(const std::string& path, const image::Image& header) {

@@ -114,10 +114,6 @@ class SplitChannels {
     std::set<std::string> names_;
 };
 
-/// Reads the header and the exact sums alone, as read_sums() needs them; sums_reader.h does it in
-/// strips. Errors: "io-open", "io-read".
-Result<image::Image> read_sums_image(const std::string& path);
-
 /// Reads a file of light layers whole, with the files beside it for the split layout; parts over
 /// windows of their own are placed (strip_reader.h).
 /// Errors: "io-open", "io-read".

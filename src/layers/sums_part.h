@@ -8,17 +8,21 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace velatura::layers {
 
-/// The exact node sums as UINT channels: `sums<node>_<accumulator>.x0` (low word of x), `.x1` (high
-/// word) …, and `sums_first sums_end sums_invalid sums_primId sums_instanceId sums_hasIds` per
-/// pixel, `sums_rate` where the schedule has decided on it,
-/// `sums_earlierR`, `G`, `B` (bits of floats) where earlier means are known. Channels of zeros are
-/// left out. Errors: "sums-folded" (the store has a final_end), "sums-range" (sample index of 2^32
-/// or more).
-Result<image::Part> sums_part(const accumulate::SampleSums& sums);
+/// Two parts of UINT channels. The records of the pixels, `sums_first sums_end sums_invalid
+/// sums_primId sums_instanceId sums_hasIds`, `sums_rate` where the schedule has decided on it,
+/// `sums_earlierR`, `G`, `B` (bits of floats) where earlier means are known; and the exact node
+/// sums, `sums<node>_<accumulator>.x0` (low word of x), `.x1` (high word) …, of which channels of
+/// zeros are left out. Errors: "sums-folded" (the store has a final_end), "sums-range" (sample
+/// index of 2^32 or more).
+Result<std::vector<image::Part>> sums_parts(const accumulate::SampleSums& sums);
+
+/// Whether a channel of `sums…` is one of the records.
+bool is_record(std::string_view channel_name);
 
 /// The digest of the bookkeeping channels of a file that comes in strips of rows.
 class SumsDigest {
@@ -37,7 +41,8 @@ class SumsDigest {
     bool is_empty_ = true;
 };
 
-/// The header string `velatura/sums`: the layer set and the digest of the bookkeeping channels.
+/// The header string `velatura/sums`: the layer set, and the digests of the records and of all
+/// bookkeeping channels.
 std::string sums_json(const accumulate::LayerSet& set, const image::Image& image);
 
 /// Errors: "no-sums" (written without sums), "sums-version" (written by another version),
@@ -59,11 +64,13 @@ Result<accumulate::SampleSums> empty_sums(const image::Image& image,
 /// Does not ask for the digest. Errors: "sums-damaged"; the sums are of no use then.
 Result<void> append_sums(const image::Image& image, accumulate::SampleSums& sums);
 
-/// The records of every pixel, [pixel of the data window]. Errors: "sums-damaged".
+/// The records of every pixel, [pixel of the data window], of the whole file or of some of its
+/// rows; the image needs no channels but theirs. Does not ask for the digest. Errors:
+/// "sums-damaged".
 Result<std::vector<accumulate::PixelRecord>> stored_records(const image::Image& image);
 
-/// Samples of every pixel, [pixel of the data window]. Errors: "no-sums", "sums-damaged".
-Result<std::vector<uint64_t>> stored_counts(const image::Image& image);
+/// True if the records have the digest that the header states.
+bool are_records_intact(const image::Image& image);
 
 /// True if the bookkeeping channels have the digest that the header states, or if there are none.
 bool are_sums_intact(const image::Image& image);

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -61,8 +62,11 @@ struct SumsReader::Impl {
         return {};
     }
 
-    /// The part of that place over some rows.
-    Result<image::Part> read(size_t place, const image::Window& rows) const {
+    /// The part of that place over some rows, with those of its channels that are wanted.
+    Result<image::Part> read(
+        size_t place,
+        const image::Window& rows,
+        bool (*is_wanted)(std::string_view) = [](std::string_view) { return true; }) const {
         const auto reader = image::ExrReader::open(places[place].path);
         if (!reader) return reader.error();
         const image::Part& expected = header.parts[place];
@@ -82,6 +86,8 @@ struct SumsReader::Impl {
                         expected.channels.end(), is_same))
             return changed();
         image::Part part = expected;
+        std::erase_if(part.channels, [&](const image::Channel& c) { return !is_wanted(c.name); });
+        if (part.channels.empty()) return part;
         std::vector<image::RowTarget> targets;
         for (image::Channel& c : part.channels) {
             c = image::Channel::make(c.name, c.type(), rows.pixel_count());
@@ -149,6 +155,18 @@ Result<image::Image> SumsReader::read_to(int y1) {
     return strip;
 }
 
+Result<std::vector<accumulate::PixelRecord>> SumsReader::records() const {
+    if (const auto ok = check_sums_header(impl_->header); !ok) return ok.error();
+    image::Image image = impl_->header;
+    for (size_t i = 0; i < impl_->places.size(); ++i) {
+        auto part = impl_->read(i, image.data, is_record);
+        if (!part) return part.error();
+        image.parts[i] = std::move(*part);
+    }
+    if (!are_records_intact(image)) return Error{"sums-damaged", "the stored sums are damaged"};
+    return stored_records(image);
+}
+
 Result<bool> SumsReader::is_intact() {
     const int rows = strip_rows(row_bytes());
     while (impl_->next_row < impl_->header.data.y1) {
@@ -165,6 +183,17 @@ int strip_rows(size_t row_bytes, size_t strip_bytes) {
     // PIZ compresses 32 rows together
     if (tiles > 1) tiles -= tiles % 2;
     return int(tiles) * tile;
+}
+
+Result<std::vector<uint64_t>> read_sample_counts(const std::string& path) {
+    const auto reader = SumsReader::open(path);
+    if (!reader) return reader.error();
+    const auto records = reader->records();
+    if (!records) return records.error();
+    std::vector<uint64_t> counts;
+    for (const accumulate::PixelRecord& record : *records)
+        counts.push_back(record.end - record.first);
+    return counts;
 }
 
 Result<accumulate::SampleSums> read_sums(SumsReader& reader) {

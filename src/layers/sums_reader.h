@@ -6,8 +6,10 @@
 #include "image/image.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace velatura::layers {
 
@@ -35,6 +37,10 @@ class SumsReader {
     /// attributes of the file. Errors: "io-read" (also: the file has changed since open()).
     Result<image::Image> read_to(int y1);
 
+    /// The records of every pixel, [pixel of the data window], without the sums beside them.
+    /// Errors: "no-sums", "sums-version", "sums-damaged", "io-read".
+    Result<std::vector<accumulate::PixelRecord>> records() const;
+
     /// Reads what is left: whether all rows together have the digest that the header states.
     /// Errors: "io-read". Call once.
     Result<bool> is_intact();
@@ -50,6 +56,10 @@ constexpr size_t default_strip_bytes = size_t(256) << 20;
 
 /// Rows of such a strip, in whole rows of tiles.
 int strip_rows(size_t row_bytes, size_t strip_bytes = default_strip_bytes);
+
+/// Samples of every pixel of a file, [pixel of the data window]. Errors: "no-sums",
+/// "sums-version", "sums-damaged", "io-open", "io-read".
+Result<std::vector<uint64_t>> read_sample_counts(const std::string& path);
 
 /// Errors: "no-sums" (written without sums), "sums-version", "sums-damaged", "io-read".
 Result<accumulate::SampleSums> read_sums(SumsReader& reader);

@@ -16,6 +16,7 @@
 #include <filesystem>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace velatura::test {
 
@@ -232,6 +233,18 @@ TEST_F(SampleRanges, RefusalsNameEveryFault) {
     EXPECT_FALSE(w.exists("no.exr"));
 }
 
+TEST_F(SampleRanges, PartsOfAnotherOpinionFromTheShellDoNotMerge) {
+    render("--samples 0:2 -o a.exr");
+    render("--samples 2:4 --set /W/Ball.radius=0.25 -o b.exr");
+    const CommandResult r = w.comp("merge a.exr b.exr -o no.exr");
+    EXPECT_EQ(r.exit_code, 5);
+    EXPECT_TRUE(has(r.output, "a.exr and b.exr show different scenes")) << r.output;
+    EXPECT_FALSE(w.exists("no.exr"));
+    // The same opinion is the same scene
+    render("--samples 0:2 --set /W/Ball.radius=0.25 -o a.exr");
+    EXPECT_EQ(w.comp("merge a.exr b.exr -o all.exr").exit_code, 0);
+}
+
 /// The file that differs is named, not all the others.
 TEST_F(SampleRanges, PartsAreComparedWithMostOfThem) {
     render("--samples 0:2 --filter box -o a.exr");
@@ -288,6 +301,14 @@ TEST_F(SampleRanges, RatesOfTheFirstPartTakeThePlaceOfThePilot) {
     EXPECT_EQ(own, taken + 16u * 24 * 18);
     render("--samples 20:36 --rates-from a.exr --mode tile -o tile.exr");
     EXPECT_TRUE(bytes("tile.exr") == bytes("own.exr"));
+    // Of whatever layout
+    for (const std::string layout : {"single", "split"}) {
+        const std::string first = layout + ".exr", others = " --exr-layout " + layout;
+        render("--samples 0:20 -o " + first + others);
+        render("--samples 20:36 -o own/b.exr" + others);
+        render("--samples 20:36 -o taken/b.exr --rates-from " + first + others);
+        EXPECT_TRUE(bytes("taken/b.exr") == bytes("own/b.exr")) << layout;
+    }
     // And on from a part of it
     render("--samples 20:24 --rates-from a.exr -o part.exr");
     render("--samples 20:36 --rates-from a.exr --resume -o part.exr");
@@ -300,6 +321,12 @@ TEST_F(SampleRanges, RatesOfAnotherRenderAreRefused) {
     render("--samples 0:18 --layers none -o layers.exr");
     render("--samples 0:18 --crop 0 0.5 0 1 -o crop.exr");
     render("--spp 18 -o plain.exr");
+    render("--samples 0:18 -o damaged.exr");
+    auto damaged = image::read_exr(w.path("damaged.exr"));
+    for (image::Part& part : damaged->parts)
+        for (image::Channel& c : part.channels)
+            if (c.name == "sums_rate") std::get<std::vector<uint32_t>>(c.data)[7] ^= 1;
+    ASSERT_TRUE(image::write_exr(w.path("damaged.exr"), *damaged).has_value());
     const auto expect = [&](int code, const std::string& arguments, const std::string& why) {
         const CommandResult r = try_render("--progress none " + arguments + " -o no.exr");
         EXPECT_EQ(r.exit_code, code) << arguments << ": " << r.output;
@@ -312,6 +339,7 @@ TEST_F(SampleRanges, RatesOfAnotherRenderAreRefused) {
     expect(5, later + "layers.exr", "it stores other light layers");
     expect(5, later + "crop.exr", "it has the pixels [0, 12) x [0, 18)");
     expect(5, later + "plain.exr", "it has no sums");
+    expect(5, later + "damaged.exr", "the stored sums are damaged");
     expect(5, later + "none.exr", "none.exr");
     expect(2, "--spp 20 --rates-from seed.exr", "--rates-from needs --samples");
     expect(2, later + "seed.exr --adaptive off", "cannot be combined");

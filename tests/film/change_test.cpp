@@ -106,7 +106,7 @@ TEST(ImageChange, StoredSumsKnowIt) {
         render(film, 0, samples);
         image::Image image;
         image.data = image.display = window;
-        image.parts.push_back(*layers::sums_part(film.sums()));
+        image.parts = *layers::sums_parts(film.sums());
         image.attributes[layers::sums_attribute] = layers::sums_json(film.layer_set(), image);
         auto sums = layers::read_sums(image);
         ASSERT_TRUE(sums.has_value()) << sums.error().message;

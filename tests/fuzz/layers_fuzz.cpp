@@ -17,7 +17,8 @@ namespace {
 void state_digest(image::Image& image) {
     auto stated = nlohmann::json::parse(image.text(layers::sums_attribute), nullptr, false);
     if (!stated.is_object()) return;
-    stated["sha256"] = nlohmann::json::parse(layers::sums_json({}, image))["sha256"];
+    const auto right = nlohmann::json::parse(layers::sums_json({}, image));
+    for (const char* digest : {"records", "sha256"}) stated[digest] = right[digest];
     image.attributes[layers::sums_attribute] =
         stated.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
@@ -32,13 +33,14 @@ void layers(std::string_view bytes) {
     state_digest(image);
     const auto sums = layers::read_sums(image);
     if (!sums) return;
-    const auto counts = layers::stored_counts(image);
-    const auto part = layers::sums_part(*sums);
-    if (!counts || !part) std::abort();
+    const auto records = layers::stored_records(image);
+    const auto parts = layers::sums_parts(*sums);
+    if (!records || !parts) std::abort();
     for (int y = image.data.y0; y < image.data.y1; ++y) {
         for (int x = image.data.x0; x < image.data.x1; ++x) {
             const accumulate::PixelRecord& record = sums->record(x, y);
-            if (record.end - record.first != (*counts)[image.data.index(x, y)]) std::abort();
+            const accumulate::PixelRecord& stored = (*records)[image.data.index(x, y)];
+            if (record.end - record.first != stored.end - stored.first) std::abort();
         }
     }
 }

@@ -6,14 +6,20 @@
 #include "layers/cryptomatte.h"
 #include "layers/deep_file.h"
 #include "layers/layer_file.h"
+#include "layers/sums_reader.h"
 #include "made_exr.h"
 #include "temporary.h"
 
+#include <ImfCompression.h>
+#include <ImfHeader.h>
+#include <ImfMultiPartInputFile.h>
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cstring>
 #include <filesystem>
+#include <tuple>
+#include <utility>
 
 namespace velatura::image {
 
@@ -56,11 +62,11 @@ TEST(BadExr, PartsOverOtherPixelsAreNotMixedUp) {
     for (const Window& other : {Window{0, 0, 8, 3}, {2, 0, 10, 6}, {0, 0, 6, 8}}) {
         make_exr(path, {{"rgba", window, {"R", "G", "B"}, {}, {}},
                         {"sums", other, {}, {}, record_channels}});
-        for (const auto& image : {read_exr(path), layers::read_sums_image(path)}) {
-            ASSERT_FALSE(image.has_value()) << other.x1 << " " << other.y1;
-            EXPECT_EQ(image.error().code, "io-read");
-            EXPECT_NE(image.error().message.find("data window"), std::string::npos)
-                << image.error().message;
+        const auto image = read_exr(path);
+        const auto sums = layers::SumsReader::open(path);
+        for (const Error& error : {image.error(), sums.error()}) {
+            EXPECT_EQ(error.code, "io-read") << other.x1 << " " << other.y1;
+            EXPECT_NE(error.message.find("data window"), std::string::npos) << error.message;
         }
         // Layers are placed, sums are not
         const auto layers = layers::read_layer_file(path);
@@ -71,9 +77,11 @@ TEST(BadExr, PartsOverOtherPixelsAreNotMixedUp) {
     make_exr(path, {{"rgba", window, {"R", "G", "B"}, {}, {}},
                     {"sums", window, {}, {}, record_channels}});
     EXPECT_TRUE(read_exr(path).has_value());
-    const auto sums = layers::read_sums_image(path);
+    auto sums = layers::SumsReader::open(path);
     ASSERT_TRUE(sums.has_value());
-    EXPECT_EQ(sums->parts.size(), 1u);
+    const auto strip = sums->read_to(window.y1);
+    ASSERT_TRUE(strip.has_value());
+    EXPECT_EQ(strip->parts.size(), 1u);
 }
 
 const std::vector<Imf::Compression> compressions = {
@@ -94,6 +102,29 @@ TEST(BadExr, WhatCompressesBestIsStillRead) {
             ASSERT_TRUE(image.has_value()) << compression << ": " << image.error().message;
             EXPECT_EQ(image->find("id")->value(0), 1.0f);
         }
+    }
+}
+
+TEST(ExrParts, HaveTheirOwnCompressionUnlessThereIsToBeNone) {
+    const std::string path = temporary("parts.exr");
+    Image image;
+    image.data = image.display = {0, 0, 40, 30};
+    for (const char* name : {"a", "b"}) {
+        Part part;
+        part.name = name;
+        part.channels.push_back(Channel::make(name, ChannelType::Uint, image.data.pixel_count()));
+        image.parts.push_back(std::move(part));
+    }
+    image.parts[1].compression = Compression::Rle;
+    for (const auto& [asked, first, second] :
+         {std::tuple{Compression::Zip, Imf::ZIP_COMPRESSION, Imf::RLE_COMPRESSION},
+          {Compression::Piz, Imf::PIZ_COMPRESSION, Imf::RLE_COMPRESSION},
+          {Compression::None, Imf::NO_COMPRESSION, Imf::NO_COMPRESSION}}) {
+        ASSERT_TRUE(write_exr(path, image, asked).has_value());
+        const Imf::MultiPartInputFile file(path.c_str());
+        EXPECT_EQ(file.header(0).compression(), first);
+        EXPECT_EQ(file.header(1).compression(), second);
+        EXPECT_TRUE(read_exr(path).has_value());
     }
 }
 

@@ -70,14 +70,15 @@ accumulate::SampleSums some_sums(bool is_later = false) {
 Image image_of(const accumulate::SampleSums& sums) {
     Image image;
     image.data = image.display = window;
-    image.parts.push_back(*layers::sums_part(sums));
+    image.parts = *layers::sums_parts(sums);
     image.attributes[layers::sums_attribute] = layers::sums_json(sums.layer_set(), image);
     return image;
 }
 
 Channel& channel(Image& image, const std::string& name) {
-    for (Channel& c : image.parts[0].channels)
-        if (c.name == name) return c;
+    for (Part& part : image.parts)
+        for (Channel& c : part.channels)
+            if (c.name == name) return c;
     ADD_FAILURE() << name;
     return image.parts[0].channels[0];
 }
@@ -121,9 +122,10 @@ TEST(SumsPart, ComesBackAsItWas) {
             ASSERT_EQ(sums.mattes()->at(x, y), back->mattes()->at(x, y));
         }
     }
-    const auto counts = layers::stored_counts(image_of(sums));
-    ASSERT_TRUE(counts.has_value());
-    for (size_t i = 0; i < counts->size(); ++i) EXPECT_EQ((*counts)[i], i % 12);
+    const auto records = layers::stored_records(image_of(sums));
+    ASSERT_TRUE(records.has_value());
+    for (size_t i = 0; i < records->size(); ++i)
+        EXPECT_EQ((*records)[i].end - (*records)[i].first, i % 12);
 }
 
 /// Straight from the files, as from sums that were read before.
@@ -163,13 +165,15 @@ TEST(SumsPart, DigestsDoNotDependOnStrips) {
                 Image strip = whole;
                 strip.data.y0 = window.y0 + y;
                 strip.data.y1 = std::min(strip.data.y0 + rows, window.y1);
-                for (Channel& c : strip.parts[0].channels) {
-                    auto& words = std::get<std::vector<uint32_t>>(c.data);
-                    const auto begin = words.begin() + y * window.width();
-                    words =
-                        std::vector<uint32_t>(begin, begin + strip.data.height() * window.width());
-                    if (c.name == "sums_primId" && changed >= y && changed < y + rows)
-                        ++words[size_t((changed - y) * window.width())];
+                for (Part& part : strip.parts) {
+                    for (Channel& c : part.channels) {
+                        auto& words = std::get<std::vector<uint32_t>>(c.data);
+                        const auto begin = words.begin() + y * window.width();
+                        words = std::vector<uint32_t>(begin,
+                                                      begin + strip.data.height() * window.width());
+                        if (c.name == "sums_primId" && changed >= y && changed < y + rows)
+                            ++words[size_t((changed - y) * window.width())];
+                    }
                 }
                 digest.add(strip);
             }
@@ -204,8 +208,8 @@ TEST(SumsPart, RefusesWhatCannotBe) {
     };
     const auto drop = [](const std::string& name) {
         return [name](Image& image) {
-            std::erase_if(image.parts[0].channels,
-                          [&](const Channel& c) { return c.name == name; });
+            for (Part& part : image.parts)
+                std::erase_if(part.channels, [&](const Channel& c) { return c.name == name; });
         };
     };
     for (const char* name : {"sums_end", "sums_hasIds", "sums_matte0.id", "sums_matte3.w1"})
@@ -242,17 +246,27 @@ TEST(SumsPart, RefusesWhatCannotBe) {
                    [](Image& image) { words(image, "sums_matte0.w1")[35] = 0x80000000; });
 }
 
-TEST(SumsPart, CountsOfSamplesAreThoseOfTheRanges) {
+/// What --rates-from reads: the records alone, with a digest of their own.
+TEST(SumsPart, RecordsNeedNoSumsBesideThem) {
     Image image = image_of(some_sums());
-    words(image, "sums_first")[5] = 0;
-    words(image, "sums_end")[5] = 0xffffffffu;
-    EXPECT_EQ((*layers::stored_counts(image))[5], 0xffffffffu);
-    words(image, "sums_first")[5] = 9;
-    words(image, "sums_end")[5] = 8;
-    EXPECT_EQ(layers::stored_counts(image).error().code, "sums-damaged");
-    image = image_of(some_sums());
-    words(image, "sums_end").pop_back();
-    EXPECT_EQ(layers::stored_counts(image).error().code, "sums-damaged");
+    ASSERT_EQ(image.parts.size(), 2u);
+    for (const Channel& c : image.parts[0].channels) EXPECT_TRUE(layers::is_record(c.name));
+    for (const Channel& c : image.parts[1].channels) EXPECT_FALSE(layers::is_record(c.name));
+    image.parts.pop_back();
+    const auto records = layers::stored_records(image);
+    ASSERT_TRUE(records.has_value()) << records.error().message;
+    EXPECT_EQ((*records)[3].rate, 3);
+    EXPECT_TRUE(layers::are_records_intact(image));
+    Image other = image;
+    words(other, "sums_rate")[5] ^= 1;
+    EXPECT_FALSE(layers::are_records_intact(other));
+    other = image;
+    words(other, "sums_first")[5] = 9;
+    words(other, "sums_end")[5] = 8;
+    EXPECT_EQ(layers::stored_records(other).error().code, "sums-damaged");
+    other = image;
+    words(other, "sums_end").pop_back();
+    EXPECT_EQ(layers::stored_records(other).error().code, "sums-damaged");
 }
 
 TEST(SumsPart, RefusesLayerSetsWithMoreAccumulatorsThanNumbers) {

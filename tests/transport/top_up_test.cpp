@@ -281,9 +281,9 @@ TEST(Stopped, RendersGoOnWhereEveryPixelIs) {
                 // Through the stored sums, as a file keeps them
                 image::Image file;
                 file.data = window;
-                auto stored = layers::sums_part(part.sums());
+                auto stored = layers::sums_parts(part.sums());
                 ASSERT_TRUE(stored.has_value());
-                file.parts.push_back(std::move(*stored));
+                file.parts = std::move(*stored);
                 file.attributes["velatura/sums"] = layers::sums_json(part.layer_set(), file);
                 auto sums = layers::read_sums(file);
                 ASSERT_TRUE(sums.has_value());

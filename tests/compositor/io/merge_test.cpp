@@ -306,10 +306,10 @@ TEST(Merge, StripsMakeNoDifference) {
     kept.keep_sums = true;
     const std::vector<std::string> four(inputs.begin(), inputs.end() - 1);
     ASSERT_TRUE(merge(four, out, kept).has_value());
-    const std::string sums = layers::read_sums_image(out)->text(layers::sums_attribute);
+    const std::string sums = layers::SumsReader::open(out)->header().text(layers::sums_attribute);
     kept.strip_bytes = layers::default_strip_bytes;
     ASSERT_TRUE(merge(four, out, kept).has_value());
-    EXPECT_EQ(layers::read_sums_image(out)->text(layers::sums_attribute), sums);
+    EXPECT_EQ(layers::SumsReader::open(out)->header().text(layers::sums_attribute), sums);
     EXPECT_EQ(merge({out, inputs[4]}, film::temporary_file("merge_on.exr"), strips)->sha256,
               merged->sha256);
 }
