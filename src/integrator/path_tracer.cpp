@@ -5,6 +5,7 @@
 
 #include "integrator/caustic_light.h"
 #include "integrator/first_hit.h"
+#include "integrator/mirrored_lamp.h"
 #include "integrator/pass_through.h"
 #include "integrator/roulette.h"
 #include "integrator/seen_through.h"
@@ -22,13 +23,6 @@ namespace velatura::integrator {
 using sampling::Purpose;
 using scene::count_call;
 using scene::Effect;
-
-namespace {
-
-/// Of reflection where a mirror lobe looks at a lamp.
-constexpr float mirrored_lamp_probability = 1.0f / 3;
-
-}  // namespace
 
 PathTracer::PathTracer(const World& world,
                        const film::LayerSet& layers,
@@ -177,7 +171,7 @@ void PathTracer::follow_through(Path& path, film::SampleRadiance& sample) const 
         shading::Bsdf bsdf = world_.materials.make_bsdf(
             start, wo, path.cone_width, crossing ? crossing->surrounding_index : 1.0f,
             has_insides ? path.spread : 0.0f);
-        if (mirrors_lamp(path, start, bsdf)) bsdf.raise_mirror(mirrored_lamp_probability);
+        if (mirrors_lamp(context_, path, start, bsdf)) bsdf.raise_mirror(mirrored_lamp_probability);
         if (has_insides && !bsdf.has_index_of_passage_alone()) keep_channel(path);
         const bool is_first_hit = path.bounce == 0 && !light.has_hit;
         if (is_first_hit) record_first_hit(context_, point, bsdf, light);
@@ -289,26 +283,6 @@ void PathTracer::split_path(const Path& prefix,
         }
     }
     prefix.counts->in_branches += prefix.counts->total() - rays_before;
-}
-
-/// Whether a mirror lobe that is seldom sampled would look at a lamp, if nothing is in the way:
-/// glass and varnish reflect 4 % of its light, and one sample of 25 would bring all of that.
-bool PathTracer::mirrors_lamp(const Path& path,
-                              const geometry::SurfacePoint& point,
-                              const shading::Bsdf& bsdf) const {
-    const float probability = bsdf.mirror_probability();
-    if (!(probability > 0.0f && probability < mirrored_lamp_probability)) return false;
-    const std::optional<shading::DeltaScattering> mirrored =
-        bsdf.delta(shading::ScatterKind::Reflect);
-    if (!mirrored) return false;
-    const geometry::Ray ray = geometry::spawn_ray(point, mirrored->wi);
-    bool is_found = false;
-    world_.lights.for_each_hit(ray.o, ray.d, std::numeric_limits<float>::infinity(), path.ray.time,
-                               [&](const lights::LightHit& hit) {
-                                   is_found = is_found || world_.lights.light(hit.light).kind !=
-                                                              scene::LightKind::Dome;
-                               });
-    return is_found;
 }
 
 /// Chooses where the path goes from the vertex. Returns: why it ends instead, or null.

@@ -37,9 +37,6 @@ class PathTracer {
     template <bool has_insides>
     void follow_through(Path& path, film::SampleRadiance& out) const;
     void split_path(const Path& prefix, const Vertex& vertex, film::SampleRadiance& out) const;
-    bool mirrors_lamp(const Path& path,
-                      const geometry::SurfacePoint& point,
-                      const shading::Bsdf& bsdf) const;
     const char* continue_path(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
     void note_caustic_class(Path& path,
                             const Vertex& vertex,

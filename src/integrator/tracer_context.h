@@ -58,6 +58,10 @@ struct TracerContext {
           has_data_layers(layers.data_layers),
           data(w, layers),
           has_emission(w.lights.has_surface_emission()),
+          has_lamps(
+              std::any_of(w.scene.lights.begin(),
+                          w.scene.lights.end(),
+                          [](const scene::Light& l) { return l.kind != scene::LightKind::Dome; })),
           depth_limit(o.max_depth > 0 ? std::min(o.max_depth, hard_depth_limit)
                                       : hard_depth_limit) {}
 
@@ -71,6 +75,7 @@ struct TracerContext {
     bool has_unoccluded, has_caster_layers, has_data_layers;
     DataValues data;    ///< named data layers
     bool has_emission;  ///< some surface emits
+    bool has_lamps;     ///< Scene::lights has others than domes
     int depth_limit;
 };
 

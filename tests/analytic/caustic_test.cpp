@@ -225,4 +225,34 @@ TEST(MirroredLamp, InGlassHasTheNoiseOfOneSampleInThree) {
     EXPECT_NEAR(deviation, expected * std::sqrt(2.0), 0.1 * expected);
 }
 
+TEST(MirroredLamp, BehindASlabOfGlassIsLookedForFromTheInside) {
+    // Reflected at the front, 1/25, or at the back, (24/25)²/25. By Fresnel's share the latter has
+    // one path of 26, and a deviation of 0.23. One of three at each of both: 0.12 for 1/3 of all
+    // paths, and of the 2/3 that enter (24/25 ÷ 2/3 = 1.44) 1.44 · 0.12 for 1/3, of which 24/25
+    // leave
+    TestScene test;
+    const scene::MaterialId glass = test.add_material(smooth_glass(float(ior)));
+    test.add_square(-2.0f, 10.0f, glass);
+    test.add_square(-2.5f, 10.0f, glass);
+    test.scene.shapes.back().flip_normals = true;
+    test.add_light(scene::LightKind::Rect,
+                   Mat4d(100, 0, 0, 0, 0, 100, 0, 0, 0, 0, 1, 0, 0, 0, 2, 1));
+    test.look_at_point(0.01);
+    constexpr int size = 32, samples = 64;
+    const Estimate seen = render(test, {.size = size,
+                                        .samples = samples,
+                                        .last_bounce = 3,
+                                        .max_depth = 3,
+                                        .estimator = {.roulette = integrator::Roulette::None},
+                                        .sampler = sampling::SamplerKind::Independent})
+                              .beauty();
+    const double r = reflectance(1.0), front = r, back = (1 - r) * (1 - r) * r;
+    expect_close(seen, front + back, 0.05, "a lamp in a slab of glass");
+    const double at_front = 3 * r, at_back = 1.5 * (1 - r) * 3 * r;
+    const double second_moment = at_front * at_front / 3 + at_back * at_back * (1 - r) * 2 / 9;
+    const double expected = std::sqrt(second_moment - (front + back) * (front + back));
+    const double deviation = seen.standard_error * std::sqrt(double(size * size * samples));
+    EXPECT_NEAR(deviation, expected, 0.1 * expected);
+}
+
 }  // namespace velatura::test
