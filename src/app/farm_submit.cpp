@@ -294,6 +294,9 @@ Result<farm::Job> make_job(const SubmitArguments& a, const Command& command) {
         job.outputs.push_back(output_of(a.render.output, frame, job.frames.size() > 1));
     job.has_previews = !a.has_no_previews;
     if (const auto ok = choose_rounds(a, checked->settings.schedule, job); !ok) return ok.error();
+    // Merges and previews cost as much again: about 3 % of the CPU time of a job
+    constexpr double usual_start_share = 0.015;
+    if (command.find_option("--piece-time").count() == 0) job.max_start_share = usual_start_share;
     job.pieces = farm::first_round(job);
     job.first_pieces = job.pieces.size();
     return job;

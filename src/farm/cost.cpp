@@ -44,10 +44,14 @@ std::optional<FrameCost> expected_cost(const Job& job,
                      std::lerp(before->sample_s, after->sample_s, t)};
 }
 
-uint64_t range_count(const FrameCost& cost, uint64_t samples, double piece_time_s) {
+uint64_t range_count(const FrameCost& cost,
+                     uint64_t samples,
+                     double piece_time_s,
+                     double max_start_share) {
     const double left_s = piece_time_s - cost.start_s;
-    const double count = double(samples) * cost.sample_s / std::max(left_s, cost.start_s);
-    const double wanted = left_s < cost.start_s ? std::floor(count) : std::ceil(count - 0.25);
+    const double least_s = cost.start_s * (1 / max_start_share - 1);
+    const double count = double(samples) * cost.sample_s / std::max(left_s, least_s);
+    const double wanted = left_s < least_s ? std::floor(count) : std::ceil(count - 0.25);
     return std::clamp<uint64_t>(wanted > 1 ? uint64_t(std::min(wanted, 1e6)) : 1, 1,
                                 std::max<uint64_t>(samples, 1));
 }

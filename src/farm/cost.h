@@ -27,9 +27,11 @@ std::optional<FrameCost> expected_cost(const Job& job,
                                        const std::vector<PieceState>& states,
                                        size_t frame);
 
-/// Into how many ranges samples are split so that each takes about `piece_time_s`. Where that is
-/// less than twice what a start takes, the samples of a range take as long as its start, or longer,
-/// in the mean.
-uint64_t range_count(const FrameCost& cost, uint64_t samples, double piece_time_s);
+/// Into how many ranges samples are split so that each takes about `piece_time_s`, or longer, so
+/// that in the mean a start is at most that share of a piece.
+uint64_t range_count(const FrameCost& cost,
+                     uint64_t samples,
+                     double piece_time_s,
+                     double max_start_share);
 
 }  // namespace velatura::farm

@@ -67,6 +67,7 @@ std::string to_json(const Job& job) {
     j["spp"] = job.spp;
     j["ranges"] = job.ranges;
     j["piece_time_s"] = job.piece_time_s;
+    j["max_start_share"] = job.max_start_share;
     j["previews"] = job.has_previews;
     if (job.target_error > 0) {
         j["target_error"] = job.target_error;
@@ -117,6 +118,7 @@ Job from_json(const json& j) {
     job.spp = whole_number<uint64_t>(j.at("spp"));
     job.ranges = whole_number<uint64_t>(j.at("ranges"));
     job.piece_time_s = j.at("piece_time_s").get<double>();
+    job.max_start_share = j.at("max_start_share").get<double>();
     job.has_previews = j.at("previews").get<bool>();
     if (j.contains("target_error")) {
         job.target_error = j.at("target_error").get<double>();

@@ -42,12 +42,13 @@ struct Job {
     std::vector<std::string> outputs;  ///< absolute, one per frame
     int retries = 2;                   ///< of a piece that failed
     int slots = 1;                     ///< pieces at a time, 0: as the engine decides
-    uint64_t spp = 0;           ///< samples of each pixel; with a target: those of the first round
-    uint64_t ranges = 0;        ///< pieces of a frame and round; 0: default_pieces()
-    double piece_time_s = 0;    ///< wall time of a piece, to which further ones are split by what
-                                ///< the first ones took; 0: all pieces are known from the start
-    double target_error = 0;    ///< relative error that ends a frame; 0: `spp` does
-    uint64_t max_spp = 0;       ///< with a target: no round of pieces goes beyond it
+    uint64_t spp = 0;         ///< samples of each pixel; with a target: those of the first round
+    uint64_t ranges = 0;      ///< pieces of a frame and round; 0: default_pieces()
+    double piece_time_s = 0;  ///< wall time of a piece, to which further ones are split by what
+                              ///< the first ones took; 0: all pieces are known from the start
+    double max_start_share = 0.5;  ///< pieces take longer where their start would be a larger part
+    double target_error = 0;       ///< relative error that ends a frame; 0: `spp` does
+    uint64_t max_spp = 0;          ///< with a target: no round of pieces goes beyond it
     double max_wall_s = 0;      ///< with a target: no round is expected to end later; 0: no limit
     double max_cpu_s = 0;       ///< the same of the CPU time of all attempts
     std::string mix;            ///< with a target: preset whose mix must have it; empty: the image

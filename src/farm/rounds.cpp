@@ -143,7 +143,7 @@ void split(const Job& job,
     uint64_t end = a.end, count = job.ranges;
     if (job.piece_time_s > 0) {
         const FrameCost cost = expected_cost(job, states, a.frame).value_or(FrameCost{});
-        count = range_count(cost, end - a.first, job.piece_time_s);
+        count = range_count(cost, end - a.first, job.piece_time_s, job.max_start_share);
         // Of a frame that takes several pieces the first one is to find the rates for the others
         if (a.first == 0 && count > 1 && end >= 2 * first_samples) {
             end = first_samples;

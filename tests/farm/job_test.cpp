@@ -296,16 +296,20 @@ TEST_F(FarmJob, StatusNamesWhatLacks) {
 
 TEST(FarmCost, RangesTakeThePieceTime) {
     // 1000 samples of 2 s and a start of 20 s: pieces of 600 s have 290 samples
-    EXPECT_EQ(range_count({20, 2}, 1000, 600), 4u);
-    EXPECT_EQ(range_count({0, 2}, 1000, 500), 4u);
+    EXPECT_EQ(range_count({20, 2}, 1000, 600, 0.5), 4u);
+    EXPECT_EQ(range_count({0, 2}, 1000, 500, 0.5), 4u);
     // A little more than a piece is no reason for another one
-    EXPECT_EQ(range_count({0, 1}, 600, 500), 1u);
-    EXPECT_EQ(range_count({0, 1}, 700, 500), 2u);
+    EXPECT_EQ(range_count({0, 1}, 600, 500, 0.5), 1u);
+    EXPECT_EQ(range_count({0, 1}, 700, 500, 0.5), 2u);
     // Pieces that are shorter than their start would render less than they read
-    EXPECT_EQ(range_count({20, 2}, 1000, 1), 100u);
-    EXPECT_EQ(range_count({20, 2}, 1018, 1), 101u) << "101.8 starts";
-    EXPECT_EQ(range_count({0, 1000}, 8, 1), 8u) << "no more ranges than samples";
-    EXPECT_EQ(range_count({}, 1000, 600), 1u) << "nothing is known";
+    EXPECT_EQ(range_count({20, 2}, 1000, 1, 0.5), 100u);
+    EXPECT_EQ(range_count({20, 2}, 1018, 1, 0.5), 101u) << "101.8 starts";
+    // A start of 20 s is a fiftieth of 1000 s, of which 980 s are samples
+    EXPECT_EQ(range_count({20, 2}, 980, 600, 0.02), 2u);
+    EXPECT_EQ(range_count({20, 2}, 979, 600, 0.02), 1u);
+    EXPECT_EQ(range_count({1, 2}, 980, 600, 0.02), 4u) << "a short start decides nothing";
+    EXPECT_EQ(range_count({0, 1000}, 8, 1, 0.5), 8u) << "no more ranges than samples";
+    EXPECT_EQ(range_count({}, 1000, 600, 0.5), 1u) << "nothing is known";
 }
 
 TEST_F(FarmJob, CostsAreThoseOfPiecesThatAreDone) {

@@ -7,10 +7,11 @@ Usage: measure.py BIN overhead [SCENE] [--pieces 2,8,32] [--at-most SHARE] [rend
        measure.py BIN target [SCENE[@ERROR]…] [--target 3%] [--at-most SHARE] [render options]
 
 BIN is the folder of the programs.
-overhead: CPU seconds of a local job of 2, 8 and 32 pieces, merge and previews included, against one render; the image must be the same.
+overhead: CPU seconds of a local job of 2, 8 and 32 pieces, merge and previews included, against one render; the image must be the same. Where
+          machines change their speed from minute to minute, "beside samples" says more: what is no sample, as a share of what is.
 merge:    seconds and peak memory of a merge of all parts, against reading them (velatura-comp info --hash of each).
 target:   jobs that stop at an error, against one process with the same --target-error: error, samples, CPU seconds.
---at-most makes it a test: a larger overhead, a slower merge, or an error farther from the target is a failure (exit code 1).
+--at-most makes it a test: a larger share beside samples, a slower merge, or an error farther from the target is a failure (exit code 1).
 """
 import argparse
 import json
@@ -48,6 +49,14 @@ def status(programs, job):
     return json.loads(run([programs / "velatura", "farm", "status", job, "--json"])[3])
 
 
+def beside_samples(job, cpu):
+    """CPU seconds of a job that are not those of samples, over those that are."""
+    threads = os.cpu_count()
+    attempts = [json.loads(piece.read_text())["attempts"][-1] for piece in (job / "pieces").glob("*.json")]
+    samples = sum(a["trace_s"] * threads for a in attempts)
+    return cpu / samples - 1, (cpu - samples) / len(attempts)
+
+
 def overhead(programs, arguments, options):
     scene = arguments.words[0] if arguments.words else CORNELL
     worst = 0
@@ -63,9 +72,10 @@ def overhead(programs, arguments, options):
             if pixels(programs, output) != pixels(programs, one):
                 sys.exit(f"{count} pieces: another image")
             share = cpu / single - 1
-            worst = max(worst, share)
+            other, of_a_piece = beside_samples(folder / f"{count}.farm", cpu)
+            worst = max(worst, other)
             print(f"{count:3} pieces: {cpu:.2f} CPU s ({100 * share:+.1f} %), of which renders {rendered:.2f} ({100 * (rendered / single - 1):+.1f} %); "
-                  f"{(cpu - single) / count:.3f} CPU s per piece; {wall:.1f} s", flush=True)
+                  f"beside samples {100 * other:.2f} %, {of_a_piece:.3f} CPU s per piece; {wall:.1f} s", flush=True)
     return worst
 
 

@@ -24,7 +24,22 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 NODES = 4
 PROGRAMS = ("slurmctld", "slurmd", "sbatch", "scontrol", "scancel", "sinfo", "squeue")
 SCENE = [str(ROOT / "scenes/cornell/cornell.usda"), "--bounces", "2"]
-LARGE = [*SCENE, "--res", "128", "96", "--spp", "1024"]  # a piece of a sixteenth takes seconds: something is left to kill
+PIECES, SPP_OF_PIECE = 16, 64
+LARGE = [*SCENE, "--res", "128", "96", "--spp", str(PIECES * SPP_OF_PIECE)]  # a piece takes seconds: something is left to kill
+PREEMPTED = 5
+# Renders; but the samples SPP_OF_PIECE * PREEMPTED stand still after a second, for as long as there is the file HOLD, until a signal comes
+HOLDING = """#!/bin/sh
+case "$*" in *--samples=FIRST:*) ;; *) exec VELATURA "$@";; esac
+[ -e HOLD ] || exec VELATURA "$@"
+VELATURA "$@" &
+render=$!
+trap 'kill -CONT $render; kill -TERM $render' TERM
+sleep 1
+kill -STOP $render && touch HOLD.on
+while kill -0 $render 2>/dev/null; do wait $render; code=$?; done
+rm -f HOLD.on
+exit $code
+"""
 SPP = 128
 SMALL = [*SCENE, "--res", "64", "48", "--spp", str(SPP)]
 TIMEOUT_S = 300
@@ -186,7 +201,12 @@ def expect(condition, text):
 
 
 def everything_goes_wrong(cluster, programs, folder):
-    job = Job(programs, folder, "hard", LARGE, ["--pieces", "16", "--retries", "3", "--sbatch=--comment=a test"])
+    job = Job(programs, folder, "hard", LARGE, ["--pieces", str(PIECES), "--retries", "3", "--sbatch=--comment=a test"])
+    hold = folder / "hold"
+    hold.touch()
+    for name, value in (("VELATURA", programs / "velatura"), ("FIRST", SPP_OF_PIECE * PREEMPTED), ("HOLD", hold)):
+        job.front.write_text((HOLDING if name == "VELATURA" else job.front.read_text()).replace(name, str(value)))
+    job.submit += ["--program", str(job.front)]
     job.start()
     status = job.until("a done piece", lambda s: s["pieces"]["done"] >= 1 and len(job.running(s)) >= 3)
     # Damage the part that is done
@@ -196,36 +216,35 @@ def everything_goes_wrong(cluster, programs, folder):
         byte = part.read(1)
         part.seek(-1, os.SEEK_CUR)
         part.write(bytes([byte[0] ^ 1]))
-    # Preempt a piece twice: the last that began, which has most left to do
-    preempted = job.running(status)[-1]["piece"]
+    # Preempt a piece twice
     for attempt in (1, 2):
-        job.until(f"start {attempt} of piece {preempted}", lambda s: s["list"][preempted]["state"] == "running"
-                  and s["list"][preempted]["attempts"] == attempt or s["list"][preempted]["state"] == "done")
-        time.sleep(1)  # some samples; the state of a piece has its percentage every few seconds only
-        if job.status()["list"][preempted]["state"] != "done":
-            # Slurm stops all of the task and starts it again; or it warns it, and the piece does so
-            subprocess.run(["scontrol", "requeue", job.task(preempted)] if attempt == 1 else
-                           ["scancel", "--batch", "--signal=USR1", job.task(preempted)], check=True)
+        job.until(f"start {attempt} of piece {PREEMPTED}", lambda s: s["list"][PREEMPTED]["attempts"] == attempt
+                  and pathlib.Path(f"{hold}.on").exists())
         # Kill a node meanwhile, which runs another piece
-        status = job.until("a running piece on a node to kill", lambda s: any(r["piece"] != preempted for r in job.running(s)))
-        row = next(r for r in job.running(status) if r["piece"] != preempted)
+        status = job.until("a running piece on a node to kill", lambda s: any(r["piece"] != PREEMPTED for r in job.running(s)))
+        if attempt == 2:
+            hold.unlink()
+        # Slurm stops all of the task and starts it again; or it warns it, and the piece does so
+        subprocess.run(["scontrol", "requeue", job.task(PREEMPTED)] if attempt == 1 else
+                       ["scancel", "--batch", "--signal=USR1", job.task(PREEMPTED)], check=True)
+        row = next(r for r in job.running(status) if r["piece"] != PREEMPTED)
         print(f"kill {row['node']}, which renders piece {row['piece']}", flush=True)
         cluster.kill_node(row["node"])
-    return job, damaged, preempted
+    return job, damaged
 
 
-def check(job, damaged, preempted, one):
+def check(job, damaged, one):
     done = subprocess.run([str(job.programs / "velatura"), "farm", "wait", str(job.folder)], capture_output=True, text=True, timeout=TIMEOUT_S)
     status = job.status()
     expect(done.returncode == 0, f"a complete job, found {done.returncode}\n{done.stdout}{done.stderr}{json.dumps(status, indent=1)}")
     expect(pixels(job.programs, job.output) == pixels(job.programs, one), "the image of one render")
     rows = status["list"]
     expect(rows[damaged]["attempts"] >= 2, "the damaged part rendered again")
-    expect(rows[preempted]["attempts"] >= 2, "the preempted piece started again")
+    expect(rows[PREEMPTED]["attempts"] >= 3, "the preempted piece started three times")
     reasons = [a.get("reason", "") for row in rows for a in json.loads((job.folder / f"pieces/{row['piece']:04}.json").read_text())["attempts"]]
     expect(any("damaged" in r for r in reasons), f"the damaged part named: {reasons}")
     expect(sum("is lost" in r for r in reasons) >= 1, f"a lost piece named: {reasons}")
-    expect(sum(row["attempts"] == 1 for row in rows) >= 16 - 6, "the other pieces rendered once")
+    expect(sum(row["attempts"] == 1 for row in rows) >= PIECES - 6, "the other pieces rendered once")
     print(f"complete after {status['wall_s']:.0f} s; reasons: {sorted(set(filter(None, reasons)))}")
 
 
@@ -247,7 +266,7 @@ def main():
             fails.front.write_text(f"#!/bin/sh\ncase \"$*\" in *--samples={SPP // 4}:{SPP // 2}*) echo 'error: no license [test]' >&2; exit 1;; esac\nexec "
                                    + str(programs / "velatura") + ' "$@"\n')
             fails.submit += ["--program", str(fails.front)]
-            job, damaged, preempted = everything_goes_wrong(cluster, programs, folder)
+            job, damaged = everything_goes_wrong(cluster, programs, folder)
             fails.start()
             # Split by what the first samples took, in rounds that the merge submits
             # A front says that each sample took a second: the other 96 are six pieces of 16
@@ -259,7 +278,7 @@ def main():
             one, small = folder / "one.exr", folder / "small.exr"
             for image, render in ((one, LARGE), (small, SMALL)):
                 subprocess.run([str(programs / "velatura"), "render", *render, "-o", str(image), "--progress", "none", "-q"], check=True)
-            check(job, damaged, preempted, one)
+            check(job, damaged, one)
             subprocess.run([str(programs / "velatura"), "farm", "wait", str(measured.folder)], check=True, timeout=TIMEOUT_S)
             expect(pixels(programs, measured.output) == pixels(programs, small), "the image of one render of a job that is split by cost")
             rows = [row["samples"] for row in measured.status()["list"]]
