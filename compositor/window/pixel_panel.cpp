@@ -52,13 +52,6 @@ void draw_line(const std::string& name,
     text(note, color::accent);
 }
 
-/// Values of scalars and vectors in their own words.
-std::string data_text(const std::vector<float>& values) {
-    std::string line;
-    for (const float v : values) line += (line.empty() ? "" : " ") + fmt::format("{:.4g}", v);
-    return line;
-}
-
 void draw_head(Drawing& drawing, const PixelReadout* pixel) {
     ImGui::AlignTextToFramePadding();
     text("Pixel", color::dim);

@@ -3,6 +3,8 @@
 
 #include "compositor/window/tile_mix.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -83,6 +85,19 @@ class Reader {
 };
 
 }  // namespace
+
+std::string data_text(const std::vector<float>& values) {
+    constexpr float id_of_nothing = 0x1p32f;  // 4294967295 as a float
+    std::string line;
+    for (const float v : values) {
+        if (!line.empty()) line += ' ';
+        const bool is_whole = std::abs(v) < id_of_nothing && v == std::trunc(v);
+        line += v == id_of_nothing ? std::string("none")
+                : is_whole         ? fmt::format("{:.0f}", v)
+                                   : fmt::format("{:.4g}", v);
+    }
+    return line;
+}
 
 PixelReadout read_pixel(
     const LayerStack& stack, const mix::MixPlan& plan, float exposure_stops, int x, int y) {

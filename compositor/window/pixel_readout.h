@@ -32,6 +32,10 @@ struct PixelReadout {
     std::vector<Data> data;
 };
 
+/// "0.25 1.5": values of a data layer; ids and counts with all their digits, "none" for the id of
+/// nothing (4294967295 in the file).
+std::string data_text(const std::vector<float>& values);
+
 /// x, y within the image; what is not stored there is 0.
 PixelReadout read_pixel(
     const LayerStack& stack, const mix::MixPlan& plan, float exposure_stops, int x, int y);

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 namespace velatura::compositor::window {
 namespace {
@@ -180,4 +181,13 @@ TEST(PixelReadout, OutsideWhatIsStoredIsBlack) {
 }
 
 }  // namespace
+
+TEST(PixelReadout, SaysNumbersOfDataAsTheyAre) {
+    EXPECT_EQ(data_text({0.25f, -1.5f, 1234.5678f}), "0.25 -1.5 1235");
+    // Ids have all their digits, and nothing has none
+    EXPECT_EQ(data_text({123456.0f}), "123456");
+    EXPECT_EQ(data_text({float(0xffffffffu)}), "none");
+    EXPECT_EQ(data_text({std::numeric_limits<float>::infinity(), 1e20f}), "inf 1e+20");
+}
+
 }  // namespace velatura::compositor::window
