@@ -67,6 +67,9 @@ std::string percent(double value) {
 }
 
 std::string interval(const statistics::RelativeError& error) {
+    if (error.is_lower && error.half_in == 0)
+        return fmt::format("> {} (a lower bound: caustics in mirrors or glass are too rare)",
+                           percent(error.value));
     if (error.is_lower)
         return fmt::format("> {} (a lower bound: {} pixel{} half of the squared error)",
                            percent(error.value), error.half_in,

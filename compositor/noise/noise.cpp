@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/noise/noise.h"
 
+#include "layers/layer_header.h"
+#include "layers/stated_stats.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -335,6 +338,10 @@ Result<NoiseForecast> forecast_noise(const LayerStack& stack,
     NoiseForecast out;
     out.rendered = sum.rendered();
     out.mix = sum.mix();
+    // A mix of these layers has the same light in it
+    out.is_hidden = layers::is_error_hidden(stack.image().text(layers::stats_attribute));
+    for (statistics::RelativeError* error : {&out.rendered, &out.mix})
+        error->is_lower = error->is_lower || out.is_hidden;
     out.error = std::move(*mix);
     out.groups = sum.groups();
     out.bounces = sum.bounces();

@@ -48,7 +48,8 @@ const char* state_name(ErrorForecast::Kind kind) {
 std::optional<ImageError> image_error(const RenderJob& job, const film::Film& film) {
     const integrator::RenderOptions& schedule = job.settings.schedule;
     return statistics::stated_error(
-        film.sums(), {schedule.has_independent_halves, schedule.has_dependent_changes});
+        film.sums(),
+        {schedule.has_independent_halves, schedule.has_dependent_changes, film.hidden_light()});
 }
 
 std::optional<ImageError> image_error(const RenderJob& job,
@@ -56,12 +57,17 @@ std::optional<ImageError> image_error(const RenderJob& job,
                                       const film::NoiseEstimate& noise,
                                       const statistics::ErrorCurve& curve) {
     // What velatura-comp noise reports of the file: halves judge few bright pixels themselves
+    const auto with_hidden = [&](ImageError error) {
+        error.add_hidden(film.hidden_light(), noise.samples_mean,
+                         double(film.window().pixel_count()));
+        return error;
+    };
     if (job.settings.schedule.has_independent_halves && noise.is_known)
-        return ImageError{.error = noise.error,
-                          .is_lower = noise.error.is_lower || curve.is_rare()};
+        return with_hidden(
+            {.error = noise.error, .is_lower = noise.error.is_lower || curve.is_rare()});
     if (!curve.is_empty())
-        return ImageError{curve.error_at(noise.samples_mean),
-                          job.settings.schedule.has_dependent_changes, curve.is_lower()};
+        return with_hidden({curve.error_at(noise.samples_mean),
+                            job.settings.schedule.has_dependent_changes, curve.is_lower()});
     return image_error(job, film);
 }
 

@@ -208,6 +208,17 @@ void warn_of_lower_bound(const std::optional<ImageError>& error,
     constexpr double negligible = 0.005;
     if (e.is_lower && e.value >= negligible)
         diagnostics.warn("rare-light", {}, {}, few_pixels_text(e, renderer));
+    if (error->is_hidden) {
+        const film::NoiseEstimate noise = renderer.film().noise();
+        diagnostics.warn(
+            "hidden-caustics", {}, {},
+            fmt::format(
+                "caustics that the camera sees in mirrors or through glass are too rare for "
+                "{:.4g} samples per pixel to measure their noise: the error of {:.3g} % is "
+                "a lower bound; about {:.3g} % is expected of them",
+                noise.samples_mean, 100 * e.value,
+                100 * std::sqrt(error->hidden.square / noise.samples_mean)));
+    }
     if (is_rare)
         diagnostics.warn(
             "rare-light", {}, {},

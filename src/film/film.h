@@ -7,6 +7,7 @@
 #include "film/layer_set.h"
 #include "film/sample_radiance.h"
 #include "layers/layer_file.h"
+#include "statistics/hidden_light.h"
 #include "statistics/image_error.h"
 
 #include <cstdint>
@@ -114,6 +115,11 @@ class Film {
     /// Moves the sums of the accumulator into the film.
     void end_pixel(PixelAccumulator& accumulator);
 
+    /// Light that samples may find too seldom to show its noise, as a trial says. At rest.
+    void set_hidden_light(const statistics::HiddenLight& light) { hidden_ = light; }
+
+    const statistics::HiddenLight& hidden_light() const { return hidden_; }
+
     /// Index of the first sample that the pixel lacks.
     uint64_t next_sample(int x, int y) const { return sums_.record(x, y).end; }
 
@@ -152,6 +158,7 @@ class Film {
 
   private:
     accumulate::SampleSums sums_;
+    statistics::HiddenLight hidden_;
     std::unique_ptr<DeepFilm> deep_;
     mutable std::unique_ptr<std::mutex> bad_mutex_;
     std::vector<BadSample> bad_;

@@ -67,7 +67,9 @@ struct LightTracer::Photon {
     const film::Window* window = nullptr;
     float reach = 0;
     Splats* out = nullptr;
-    std::vector<film::EventShares> events;  ///< of the scatterings so far, light first
+    std::vector<CausticArrival>* arrivals = nullptr;  ///< in place of splats
+    bool is_caustic = true;                           ///< by narrow lobes alone so far
+    std::vector<film::EventShares> events;            ///< of the scatterings so far, light first
 };
 
 LightTracer::LightTracer(const World& world,
@@ -109,6 +111,18 @@ LightTracer::Beginning LightTracer::trace(uint64_t pass,
     sample_beginning(photon);
     if (begin(photon)) follow(photon);
     return photon.beginning;
+}
+
+void LightTracer::record(uint64_t first,
+                         uint64_t end,
+                         std::vector<CausticArrival>& out,
+                         RayCounts& counts) const {
+    for (uint64_t i = first; i < end; ++i) {
+        Photon photon(sampler_of(context_.options, photons_per_pass_, 0, i), counts);
+        photon.arrivals = &out;
+        sample_beginning(photon);
+        if (begin(photon) && photon.light_pdf > 0.0f) follow(photon);
+    }
 }
 
 void LightTracer::sample_beginning(Photon& photon) const {
@@ -206,11 +220,28 @@ void LightTracer::follow(Photon& photon) const {
         const geometry::SurfacePoint& point = crossing ? crossing->point : met;
         const Vec3 wi = -path.ray.d;
         photon.arriving = path.beta;
-        connect(photon, point, crossing, wi);
+        if (photon.arrivals)
+            arrive(photon, point, crossing, wi);
+        else
+            connect(photon, point, crossing, wi);
         if (path.bounce + 1 >= context_.depth_limit) return;
         if (!scatter(photon, point, crossing, wi, false)) return;
+        if (photon.arrivals && !photon.is_caustic) return;
         if (path.pass_count >= pass_through_limit) return;
     }
+}
+
+void LightTracer::arrive(Photon& photon,
+                         const geometry::SurfacePoint& point,
+                         const NestedDielectrics::Crossing* crossing,
+                         const Vec3& wi) const {
+    const shading::Bsdf bsdf = world_.materials.make_bsdf(
+        point, wi, photon.path.cone_width, crossing ? crossing->surrounding_index : 1.0f);
+    if (bsdf.is_hair() || !bsdf.has_non_delta()) return;
+    // Camera paths have the exposure already
+    const float exposure = world_.camera.exposure_scale();
+    photon.arrivals->push_back(
+        {point.p, bsdf.ns(), wi, photon.arriving / exposure, photon.path_radiance});
 }
 
 /// Adds what the point scatters toward the camera by its wide lobes.
@@ -326,6 +357,9 @@ bool LightTracer::scatter(Photon& photon,
         const float path_pdf =
             sampling::power_heuristic_density(value.pdf, is_first ? photon.light_pdf : 0.0f);
         photon.path_radiance *= value.f() * (from_camera.cosine(wi) / std::max(path_pdf, 1e-12f));
+        const Rgb narrow = from_camera.narrow_part(value).f();
+        photon.is_caustic =
+            photon.is_caustic && (is_first || 2.0f * luminance(narrow) >= luminance(value.f()));
         events = events_of(value);
     }
     path.beta = photon.arriving * weight;

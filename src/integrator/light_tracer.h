@@ -33,6 +33,14 @@ struct Splats {
     std::vector<film::EventShares> events;
 };
 
+/// Light that comes to a surface with wide lobes from narrow lobes alone.
+struct CausticArrival {
+    Vec3 p, n;                      ///< render space; n on the side of the light
+    Vec3 wi;                        ///< unit, away from the surface
+    Rgb flux = Rgb(0.0f);           ///< of the photon
+    Rgb path_radiance = Rgb(0.0f);  ///< that a camera path brings from there, times its weight
+};
+
 /// Where photons begin, and how many there are.
 struct LightEmission {
     sampling::KdWarp warp;           ///< of the numbers that photons begin with
@@ -94,6 +102,14 @@ class LightTracer {
                     Splats& out,
                     RayCounts& counts) const;
 
+    /// Traces photons [first, end) of pass 0 as far as they go by narrow lobes, and records where
+    /// they arrive in between. Each counts as if it were alone. Not of lights without extent, which
+    /// camera paths cannot find.
+    void record(uint64_t first,
+                uint64_t end,
+                std::vector<CausticArrival>& out,
+                RayCounts& counts) const;
+
   private:
     struct Photon;
 
@@ -101,6 +117,10 @@ class LightTracer {
     std::optional<CasterPoint> sample_caster(Photon& photon) const;
     bool begin(Photon& photon) const;
     void follow(Photon& photon) const;
+    void arrive(Photon& photon,
+                const geometry::SurfacePoint& point,
+                const NestedDielectrics::Crossing* crossing,
+                const Vec3& wi) const;
     void connect(Photon& photon,
                  const geometry::SurfacePoint& point,
                  const NestedDielectrics::Crossing* crossing,

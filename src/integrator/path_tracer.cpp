@@ -360,8 +360,12 @@ bool PathTracer::note_ray_kind(Path& path,
 
 bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance& out) const {
     const auto& [point, bsdf, wo, directions, crossing, is_exit] = vertex;
-    if (path.observer && bsdf.has_non_delta())
+    if (path.observer && bsdf.has_non_delta()) {
         path.observer->on_vertex({point.p, bsdf.ns()}, path.beta);
+        if (context_.options.caustic_paths && path.bounce > 0 && !path.is_caustic_receiver &&
+            !bsdf.is_hair())
+            path.observer->on_hidden_receiver(point, bsdf, wo, path.beta);
+    }
     const std::optional<ScatterSample> scattered =
         directions.sample(path.sampler, path.bounce, path.pass_count);
     if (!scattered) return false;

@@ -12,8 +12,11 @@
 namespace velatura::layers {
 
 /// metric, mean, low, high, confidence, is_upper, is_lower; half_in_pixels where few pixels hold
-/// half of it.
+/// half of it; hidden where there is such light: square, fourth, is_lower.
 nlohmann::ordered_json error_json(const std::optional<statistics::StatedError>& error);
+
+/// Whether that error is a lower bound by hidden light.
+bool is_error_hidden(const std::string& stats_json);
 
 /// Entry of the ledger: what firefly clamps removed. `limits`: direct and indirect, those given.
 nlohmann::ordered_json clamp_entry(const nlohmann::ordered_json& limits,

@@ -41,7 +41,8 @@ image::Matrix44 to_floats(const Matrix& m) {
 double PrepassResults::seconds() const {
     return guide.seconds + branches.seconds + (roulette ? roulette->seconds : 0.0) +
            (bounces ? bounces->seconds : 0.0) + (fireflies ? fireflies->seconds : 0.0) +
-           (light ? light->seconds : 0.0) + (truncation ? truncation->seconds : 0.0);
+           (light ? light->seconds : 0.0) + (hidden ? hidden->seconds : 0.0) +
+           (truncation ? truncation->seconds : 0.0);
 }
 
 Renderer::Renderer(const scene::Scene& scene, Settings settings)
@@ -270,6 +271,8 @@ void Renderer::learn_caustics(const std::atomic<bool>* stop) {
     caustic_paths_ = std::move(paths);
     prepass_->light = integrator::try_light_tracing(*world_, trial_options(), stop);
     if (settings_.caustics == Caustics::Auto && !prepass_->light->is_used) caustic_paths_.reset();
+    if (caustic_paths_)
+        prepass_->hidden = integrator::try_hidden_caustics(*world_, trial_options(), stop);
 }
 
 std::unique_ptr<const integrator::PathTracer> Renderer::make_tracer(uint64_t seed) const {
@@ -285,11 +288,16 @@ film::Window Renderer::window() const {
 
 void Renderer::start_film(accumulate::SampleSums sums, std::vector<film::BadSample> bad) {
     film_ = std::make_unique<film::Film>(std::move(sums), std::move(bad));
-    if (settings_.deep) film_->make_deep(*settings_.deep);
+    prepare_film();
 }
 
 void Renderer::start_film(const film::FilmOptions& options) {
     film_ = std::make_unique<film::Film>(window(), layers_, options);
+    prepare_film();
+}
+
+void Renderer::prepare_film() {
+    if (prepass_ && prepass_->hidden) film_->set_hidden_light(prepass_->hidden->light);
     if (settings_.deep) film_->make_deep(*settings_.deep);
 }
 

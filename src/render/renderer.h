@@ -8,6 +8,7 @@
 #include "integrator/caustics.h"
 #include "integrator/firefly_trial.h"
 #include "integrator/guide_training.h"
+#include "integrator/hidden_caustics.h"
 #include "integrator/light_trial.h"
 #include "integrator/matte_ids.h"
 #include "integrator/path_tracer.h"
@@ -37,6 +38,7 @@ struct PrepassResults {
     std::optional<integrator::BounceTrial> bounces;         ///< of Settings::min_bounce_share
     std::optional<integrator::FireflyTrial> fireflies;      ///< of Settings::firefly_guard
     std::optional<integrator::LightTrial> light;            ///< light tracing; none: not tried
+    std::optional<integrator::HiddenCaustics> hidden;       ///< with light tracing
     integrator::SplittingTrial branches;                    ///< path splitting
     std::optional<integrator::TruncationTrial> truncation;  ///< of measure_truncation()
 
@@ -210,6 +212,7 @@ class Renderer {
     integrator::PathTracerOptions image_options() const;
 
     void learn_caustics(const std::atomic<bool>* stop);
+    void prepare_film();
 
     scene::Scene& edit();
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "accumulate/sample_sums.h"
+#include "statistics/hidden_light.h"
 #include "statistics/relative_error.h"
 
 #include <optional>
@@ -12,7 +13,15 @@ namespace velatura::statistics {
 struct StatedError {
     RelativeError error;
     bool is_upper = false;  ///< it is no more than that: the halves make up for each other's errors
-    bool is_lower = false;  ///< it is no less than that: ErrorCurve::is_lower
+    bool is_lower = false;  ///< it is no less than that: ErrorCurve::is_lower, hides_error()
+    HiddenLight hidden = {};
+    bool is_hidden = false;  ///< `is_lower` by hides_error()
+
+    void add_hidden(const HiddenLight& light, double samples_per_pixel, double pixels) {
+        hidden = light;
+        is_hidden = hides_error(light, error.value, samples_per_pixel, pixels);
+        is_lower = is_lower || is_hidden;
+    }
 };
 
 /// What the sample points of a pixel have to do with each other.
@@ -20,6 +29,7 @@ struct PointRelations {
     bool has_independent_halves = false;  ///< even and odd samples know nothing of each other
     bool has_dependent_changes = false;   ///< what later samples change is no more than an upper
                                           ///< bound of the error: strata
+    HiddenLight hidden = {};              ///< that any sample may find
 };
 
 /// By the difference of the even and the odd samples of each pixel. Nothing before every pixel has

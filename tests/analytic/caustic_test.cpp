@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Irradiance of a matte patch behind glass and by mirrors: what --caustics manifold finds, against
 // integrals that know nothing of it.
+#include "render/renderer.h"
 #include "test_scene.h"
 
 #include <fmt/format.h>
@@ -253,6 +254,60 @@ TEST(MirroredLamp, BehindASlabOfGlassIsLookedForFromTheInside) {
     const double expected = std::sqrt(second_moment - (front + back) * (front + back));
     const double deviation = seen.standard_error * std::sqrt(double(size * size * samples));
     EXPECT_NEAR(deviation, expected, 0.1 * expected);
+}
+
+namespace {
+
+/// What the trial before a render by light tracing says.
+statistics::HiddenLight hidden_light(const TestScene& test) {
+    render::Settings settings;
+    settings.layers = render::with_rows(std::move(settings.layers), test.scene);
+    settings.world = {.width = 256, .height = 256};
+    settings.caustics = integrator::Caustics::Light;
+    settings.guiding = integrator::Guiding::Off;
+    settings.splits = false;
+    Diagnostics diagnostics;
+    render::Renderer renderer(test.scene, std::move(settings));
+    renderer.prepare(diagnostics);
+    if (!renderer.prepass().hidden) {
+        ADD_FAILURE() << "no trial";
+        return {};
+    }
+    return renderer.prepass().hidden->light;
+}
+
+}  // namespace
+
+TEST(HiddenCaustics, HaveTheMomentsOfPathsThatFindALampByChance) {
+    // A white floor seen through a slab, and lit through it by a lamp of radius 0.1 and radiance 1:
+    // paths cross the slab, (24/25)², meet the lamp by chance, E / π, and bring 1 then. The image
+    // is dark, so that its error weight is 100. The slab of 0.5 brings the lamp nearer by 1/6: 7 to
+    // 6.833
+    TestScene test;
+    const scene::MaterialId glass = test.add_material(smooth_glass(float(ior)));
+    test.add_square(-4.0f, 2.0f, test.add_matte(Rgb(1.0f)));
+    test.add_square(-0.25f, 0.45f, glass);
+    test.add_square(-0.75f, 0.45f, glass);
+    test.scene.shapes.back().flip_normals = true;
+    test.add_light(scene::LightKind::Sphere, at(Vec3d(0.6, 0, 3))).radius = 0.1f;
+    test.look_at_point(0.01);
+    const double across = 0.6 / (7.0 - 0.5 / 3), cosine = 1 / std::hypot(1.0, across);
+    const double distance = (7.0 - 0.5 / 3) / cosine;
+    const double passed = std::pow(1 - reflectance(cosine), 2);
+    const double irradiance = pi_d * 0.01 / (distance * distance) * cosine * passed;
+    const double probability = std::pow(1 - reflectance(1.0), 2) * irradiance / pi_d;
+    const statistics::HiddenLight light = hidden_light(test);
+    EXPECT_NEAR(light.square / (100 * probability), 1, 0.1);
+    EXPECT_NEAR(light.fourth / (1e4 * probability), 1, 0.1);
+}
+
+TEST(HiddenCaustics, AreNoneWhereTheCameraSeesTheFloorItself) {
+    TestScene test;
+    test.add_square(-4.0f, 2.0f, test.add_matte(Rgb(1.0f)));
+    add_slab(test, 0.45f);
+    test.add_light(scene::LightKind::Sphere, at(Vec3d(0.6, 0, 3))).radius = 0.1f;
+    test.look_at_point(0.01);
+    EXPECT_EQ(hidden_light(test).square, 0);
 }
 
 }  // namespace velatura::test
