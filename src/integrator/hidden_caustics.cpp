@@ -7,6 +7,7 @@
 #include "integrator/trial_layers.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstddef>
@@ -23,7 +24,11 @@ constexpr uint64_t trial_seed_salt = 0x68696464656e2163ull;
 
 constexpr uint64_t photon_count = uint64_t(1) << 16, photons_per_chunk = 1024;
 constexpr int max_to_a_side = 64, pixels_apart = 4;
-constexpr uint64_t trial_samples = 8;
+constexpr uint64_t trial_samples = 4;
+/// Of a path; later ones see little.
+constexpr size_t max_vertices = 4;
+/// That count for a vertex: of more, every n-th.
+constexpr size_t max_photons = 256;
 /// Photons count for a vertex within this share of the distance that half of the vertices have from
 /// the camera.
 constexpr double gather_share = 0.02;
@@ -40,7 +45,6 @@ double error_weight(double luminance) {
 /// Where a path scatters that may meet a caustic.
 struct EyeVertex {
     geometry::SurfacePoint point;
-    shading::Bsdf bsdf;
     Vec3 wo;
     Rgb beta;
     uint32_t pixel = 0;
@@ -49,11 +53,15 @@ struct EyeVertex {
 /// Keeps the vertices of paths.
 class Eye : public PathObserver {
   public:
+    void begin(uint32_t pixel) {
+        pixel_ = pixel;
+        end_ = vertices.size() + max_vertices;
+    }
+
     void on_hidden_receiver(const geometry::SurfacePoint& point,
-                            const shading::Bsdf& bsdf,
                             const Vec3& wo,
                             const Rgb& beta) override {
-        vertices.push_back({point, bsdf, wo, beta, pixel});
+        if (vertices.size() < end_) vertices.push_back({point, wo, beta, pixel_});
     }
 
     void on_hit(int, const geometry::SurfacePoint&, float, const Rgb&) override {}
@@ -62,8 +70,11 @@ class Eye : public PathObserver {
 
     void on_end(int, const char*) override {}
 
-    uint32_t pixel = 0;
     std::vector<EyeVertex> vertices;
+
+  private:
+    uint32_t pixel_ = 0;
+    size_t end_ = 0;
 };
 
 /// Photons by place.
@@ -75,25 +86,33 @@ class PhotonGrid {
             cells_[key(photons[i].p, 0, 0, 0)].push_back(i);
     }
 
+    /// Calls visit(photon, how many it stands for).
     template <class Visitor>
     void for_each_near(const Vec3& p, const Visitor& visit) const {
+        std::array<const std::vector<uint32_t>*, 27> cells{};
+        size_t count = 0, photons = 0;
         for (int dx = -1; dx <= 1; ++dx)
             for (int dy = -1; dy <= 1; ++dy)
-                for (int dz = -1; dz <= 1; ++dz) visit_cell(key(p, dx, dy, dz), p, visit);
+                for (int dz = -1; dz <= 1; ++dz)
+                    if (const auto at = cells_.find(key(p, dx, dy, dz)); at != cells_.end()) {
+                        photons += at->second.size();
+                        cells[count++] = &at->second;
+                    }
+        const size_t stride = photons / max_photons + 1;
+        size_t number = 0;
+        for (size_t cell = 0; cell < count; ++cell)
+            for (const uint32_t i : *cells[cell])
+                if (number++ % stride == 0 &&
+                    double((photons_[i].p - p).length2()) < radius_ * radius_)
+                    visit(photons_[i], double(stride));
     }
 
   private:
-    template <class Visitor>
-    void visit_cell(uint64_t key, const Vec3& p, const Visitor& visit) const {
-        const auto cell = cells_.find(key);
-        if (cell == cells_.end()) return;
-        for (const uint32_t i : cell->second)
-            if (double((photons_[i].p - p).length2()) < radius_ * radius_) visit(photons_[i]);
-    }
-
     uint64_t key(const Vec3& p, int dx, int dy, int dz) const {
+        constexpr double farthest = 0x1p62;
         const auto index = [&](float x, int d) {
-            return uint64_t(int64_t(std::floor(double(x) / radius_)) + d);
+            return uint64_t(
+                int64_t(std::clamp(std::floor(double(x) / radius_), -farthest, farthest)) + d);
         };
         return hash_combine(hash_combine(index(p.x, dx), index(p.y, dy)), index(p.z, dz));
     }
@@ -153,12 +172,13 @@ class Trial {
         const scene::RenderSettings& s = world_.scene.settings;
         const int x = int((2 * int64_t(column) + 1) * s.width / (2 * columns_)),
                   y = int((2 * int64_t(row) + 1) * s.height / (2 * rows_));
-        eye.pixel = uint32_t(row * columns_ + column);
+        const auto pixel = uint32_t(row * columns_ + column);
         for (uint64_t i = 0; i < trial_samples; ++i) {
             radiance.clear();
+            eye.begin(pixel);
             tracer.trace(x, y, i, radiance, rays, &eye);
             if (!radiance.is_bad())
-                means_[eye.pixel] += double(luminance(radiance.radiance())) / double(trial_samples);
+                means_[pixel] += double(luminance(radiance.radiance())) / double(trial_samples);
         }
     }
 
@@ -213,15 +233,17 @@ class Trial {
                                       const PhotonGrid& grid,
                                       double radius) const {
         statistics::HiddenLight out;
+        const shading::Bsdf bsdf =
+            world_.materials.make_bsdf(v.point, v.wo, world_.camera.footprint(v.point.p));
         const double per_area = 1.0 / (pi_d * radius * radius * double(photon_count));
-        grid.for_each_near(v.point.p, [&](const CausticArrival& a) {
-            if (!(a.n.dot(v.bsdf.ns()) > min_normal_cosine)) return;
-            const shading::BsdfValue value = v.bsdf.evaluate(v.wo, a.wi);
+        grid.for_each_near(v.point.p, [&](const CausticArrival& a, double photons) {
+            if (!(a.n.dot(bsdf.ns()) > min_normal_cosine)) return;
+            const shading::BsdfValue value = bsdf.evaluate(v.wo, a.wi);
             const Rgb f = value.f();
             if (is_black(f) || !(value.pdf > 0.0f)) return;
-            const double brings = double(luminance(v.beta * f * a.flux)) * per_area,
+            const double brings = double(luminance(v.beta * f * a.flux)) * per_area * photons,
                          carries = double(luminance(v.beta * f * a.path_radiance) *
-                                          v.bsdf.cosine(a.wi) / value.pdf);
+                                          bsdf.cosine(a.wi) / value.pdf);
             if (!std::isfinite(brings) || !(carries < max_carried)) return;
             out.square += brings * carries;
             out.fourth += brings * carries * carries * carries;

@@ -6,7 +6,6 @@
 #include "guiding/guiding_field.h"
 #include "lights/light_sample.h"
 #include "scene/ids.h"
-#include "shading/bsdf.h"
 
 #include <limits>
 #include <optional>
@@ -77,10 +76,9 @@ class PathObserver {
     /// The same, called after it, of a vertex whose caustics light tracing leaves to the path: it
     /// came from the camera by a narrow lobe first.
     virtual void on_hidden_receiver(const geometry::SurfacePoint& point,
-                                    const shading::Bsdf& bsdf,
                                     const Vec3& wo,
                                     const Rgb& beta) {
-        (void)point, (void)bsdf, (void)wo, (void)beta;
+        (void)point, (void)wo, (void)beta;
     }
 
     /// It did, and goes on along wi. Not called for delta lobes.

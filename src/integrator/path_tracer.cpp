@@ -364,7 +364,7 @@ bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance&
         path.observer->on_vertex({point.p, bsdf.ns()}, path.beta);
         if (context_.options.caustic_paths && path.bounce > 0 && !path.is_caustic_receiver &&
             !bsdf.is_hair())
-            path.observer->on_hidden_receiver(point, bsdf, wo, path.beta);
+            path.observer->on_hidden_receiver(point, wo, path.beta);
     }
     const std::optional<ScatterSample> scattered =
         directions.sample(path.sampler, path.bounce, path.pass_count);
