@@ -339,9 +339,8 @@ Result<NoiseForecast> forecast_noise(const LayerStack& stack,
     out.rendered = sum.rendered();
     out.mix = sum.mix();
     // A mix of these layers has the same light in it
-    out.is_hidden = layers::is_error_hidden(stack.image().text(layers::stats_attribute));
-    for (statistics::RelativeError* error : {&out.rendered, &out.mix})
-        error->is_lower = error->is_lower || out.is_hidden;
+    if (layers::is_error_hidden(stack.image().text(layers::stats_attribute)))
+        out.rendered.is_lower = out.mix.is_lower = true;
     out.error = std::move(*mix);
     out.groups = sum.groups();
     out.bounces = sum.bounces();

@@ -62,8 +62,7 @@ struct NoiseAdvice {
 struct NoiseForecast {
     statistics::RelativeError rendered;  ///< with every gain at 1
     statistics::RelativeError mix;
-    bool is_hidden = false;  ///< both are lower bounds by light that samples seldom find
-    MixError error;          ///< of the mix, pixel by pixel
+    MixError error;  ///< of the mix, pixel by pixel
     /// The largest share first. Those of groups and shadows add up to 1, those of bounces and
     /// shadows, and of lobes and shadows, as well; empty where the family does not tell them apart.
     std::vector<RowNoise> groups, bounces, lobes, shadows;
