@@ -234,6 +234,7 @@ bool FrameWriter::write_stats(const MemoryNeeds& needs,
         stats["firefly_guard"] = make_firefly_stats(*prepass.fireflies);
         stats["phases_s"]["firefly_guard"] = prepass.fireflies->seconds;
     }
+    if (prepass.hidden) stats["phases_s"]["hidden_caustics"] = prepass.hidden->seconds;
     if (prepass.truncation) stats["phases_s"]["max_depth"] = prepass.truncation->seconds;
     stats["phases_s"]["write"] = write_s_;
     add_memory_stats(needs, stats["memory_bytes"]);

@@ -83,7 +83,7 @@ std::vector<std::string> command_of(const Job& job, size_t index, const RunOptio
         words.push_back(fmt::format("--threads={}", threads));
     if (const std::string rates = rates_part(job, index); !rates.empty())
         words.push_back("--rates-from=" + rates);
-    // Nobody keeps the image of a piece: deflate would take longer than it saves
+    // The image of a piece is not kept: deflate would take longer than it saves
     if (!has_option(job, "--exr-compression")) words.emplace_back("--exr-compression=rle");
     // A node that lacks a file is to say so at once, not after hours
     if (!has_value(job, "--missing-assets", "ignore") && !has_option(job, "--require-assets"))
